@@ -1,0 +1,69 @@
+# make study   sets everything up and runs the quick study
+# make test    sets everything up with the test tools and runs the test suite
+# make lint    ruff and mypy          make bench  the performance claims
+# make serve   Prefect, MLflow and a worker with every deployment, until Ctrl-C
+
+PYTHON ?= python3
+VENV ?= .venv
+PRESET ?= quick
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check -q
+ROOMS := package robots tasks sql flows
+NATIVE := $(wildcard native/*.cpp native/*.hpp native/*.pyi native/CMakeLists.txt)
+
+.PHONY: study test lint bench serve setup setup-test clean FORCE
+
+study: setup
+	@$(BIN)/plancurate study --preset $(PRESET)
+
+test: setup-test
+	@$(BIN)/python -m pytest
+
+lint: setup-test $(VENV)/typing
+	@$(BIN)/ruff check . && $(BIN)/ruff format --check .
+	@cd $(VENV)/typing && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p plancurate
+
+bench: setup
+	@$(PIP) install -c constraints.txt -e '.[bench]'
+	@for program in benchmarks/*.py; do $(BIN)/python $$program || exit 1; done
+
+serve: setup
+	@$(BIN)/python -m plancurate.flows.serve
+
+setup: $(VENV)/installed
+setup-test: $(VENV)/installed-test
+
+clean:
+	rm -rf $(VENV) build
+
+$(VENV)/installed: $(VENV)/bin/python $(VENV)/system pyproject.toml constraints.txt $(NATIVE) $(VENV)/modules
+	@echo "installing plancurate into $(VENV) (a few minutes the first time)"
+	@$(PIP) install -c constraints.txt -e .
+	@touch $@
+
+$(VENV)/installed-test: $(VENV)/installed
+	@$(PIP) install -c constraints.txt -e '.[test]'
+	@touch $@
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "plancurate needs Python 3.11 or newer: call make with PYTHON=python3.11"; exit 2; }
+	@$(PYTHON) -m venv $(VENV) || { echo "python3-venv is missing: apt install python3-venv"; exit 2; }
+
+# OMPL is the one thing that pip does not bring.
+$(VENV)/system: $(VENV)/bin/python
+	@sh native/ensure-ompl.sh
+	@touch $@
+
+# An editable install knows the modules that were there when it was made: a new file means a new install.
+$(VENV)/modules: FORCE | $(VENV)/bin/python
+	@find $(ROOMS) -name '*.py' | sort > $@.new
+	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
+
+# The rooms under the names they are installed by, for the type checker.
+$(VENV)/typing: $(VENV)/modules
+	@mkdir -p $@/plancurate
+	@for file in package/*.py package/py.typed native/native.pyi; do \
+		ln -sf "$(CURDIR)/$$file" $@/plancurate/; done
+	@for room in robots tasks sql flows; do ln -sfn "$(CURDIR)/$$room" $@/plancurate/$$room; done
+	@touch $@

@@ -1,0 +1,25 @@
+"""Errors that a user can mend: one line that names the file, field and value, and what would be right."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class PlancurateError(Exception):
+    """A mistake in what was asked, not in the program; the command line prints its one line and exits with 2."""
+
+
+class UnknownNameError(PlancurateError):
+    """A robot, scene, planner, selector, policy or parameter that is not registered."""
+
+    def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
+        names = sorted(valid)
+        near = difflib.get_close_matches(name, names, n=3, cutoff=0.4)
+        hint = f"did you mean {' or '.join(near)}? " if near else ""
+        super().__init__(f"unknown {kind} '{name}': {hint}valid are {', '.join(names)}")
+        self.kind, self.name, self.valid = kind, name, tuple(names)
+
+    def __reduce__(self) -> tuple[type, tuple[str, str, tuple[str, ...]]]:
+        """Pickle by the arguments: the error crosses process boundaries."""
+        return (type(self), (self.kind, self.name, self.valid))
