@@ -1,0 +1,91 @@
+"""Plan one candidate: a path from home to any of a target's goals, by one planner with one seed."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from plancurate import native
+from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.robots.robot import Robot
+from plancurate.robots.scene import Scene
+from plancurate.tasks.targets import Target
+
+
+class PlanSettings(BaseModel):
+    """How much each planner may work; counts end a run, so that a busy machine plans the same paths."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    runs: int = Field(3, gt=0, description="runs of each planner for each target")
+    seed: int = Field(0, ge=0, description="another seed gives other paths")
+    state_checks: int = Field(100_000, gt=0, description="collision checks of states after which a run ends")
+    polls: int = Field(100_000, gt=0, description="questions whether to go on, ditto: some never check")
+    seconds: float = Field(30, gt=0, description="safety net, s; runs that it ends depend on the machine")
+    resolution: float = Field(0.01, gt=0, description="joint step of collision checks along edges, rad")
+    simplify: bool = Field(True, description="shorten and smooth solutions")
+    params: dict[str, dict[str, str]] = Field({}, description="a planner's parameters by OMPL's names")
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedPath:
+    """A run's outcome; `goal_index` is the target's goal at the path's end, -1 without an exact solution."""
+
+    seed: int
+    result: native.Result
+    goal_index: int
+
+
+def plan_candidate(
+    robot: Robot, scene: Scene, target: Target, planner: str, run: int, settings: PlanSettings
+) -> PlannedPath:
+    """Plan from home to `target`; the outcome depends on the arguments alone unless `seconds` end the run.
+
+    Raises PlancurateError for a planner or parameter that is not known.
+    """
+    seed = seed_of(settings.seed, target.target_id, planner, run)
+    budget = native.Budget(state_checks=settings.state_checks, polls=settings.polls, seconds=settings.seconds)
+    try:
+        result = native.plan(
+            robot.native,
+            scene.native,
+            planner,
+            robot.home,
+            target.goals,
+            params=settings.params.get(planner, {}),
+            seed=seed,
+            budget=budget,
+            resolution=settings.resolution,
+            simplify=settings.simplify,
+        )
+    except ValueError as error:
+        raise PlancurateError(f"planner {planner}: {error}") from None
+    return PlannedPath(seed, result, goal_index(result, target))
+
+
+def require_planners(planners: list[str], settings: PlanSettings) -> None:
+    """Raise UnknownNameError for a planner, or a parameter in `settings`, that is not known."""
+    known = {info.name: info for info in native.planners()}
+    for planner in [*planners, *settings.params]:
+        if planner not in known:
+            raise UnknownNameError("planner", planner, known)
+    for planner, params in settings.params.items():
+        for name in params:
+            if name not in known[planner].params:
+                raise UnknownNameError(f"parameter of planner {planner}", name, known[planner].params)
+
+
+def seed_of(seed: int, target_id: int, planner: str, run: int) -> int:
+    """Return the 31-bit seed of one run, the same on every machine."""
+    digest = hashlib.sha256(f"{seed}/{target_id}/{planner}/{run}".encode()).digest()
+    return int.from_bytes(digest[:4], "big") >> 1
+
+
+def goal_index(result: native.Result, target: Target) -> int:
+    """Find the goal that an exact solution ends at."""
+    if result.status != "exact":
+        return -1
+    return int(np.argmin(np.abs(target.goals - result.path[-1]).max(axis=1)))
