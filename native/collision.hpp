@@ -26,6 +26,6 @@ bool edge_is_free(const Robot& robot, const Scene& scene, const double* q0, cons
 
 // Certified lower bound of the smallest checked distance (m) for each row; not positive where shapes touch,
 // infinite where nothing is checked.
-void clearances(const Robot& robot, const Scene& scene, const double* q, std::size_t count, double* distance);
+void clearances(const Robot& robot, const Scene& scene, const double* q, std::size_t count, double* distances);
 
 }  // namespace plancurate
