@@ -1,0 +1,33 @@
+"""The content of a robot's `robot.yaml`: what the URDF does not say."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class JointEntry(BaseModel):
+    """One moving joint: what plans keep to, rad (m) and s; position and velocity limits default to the URDF's."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    position: tuple[Finite, Finite] | None = None
+    velocity: Positive | None = None
+    acceleration: Positive
+    home: Finite
+
+
+class RobotFile(BaseModel):
+    """The content of `robot.yaml`; `urdf` is relative to its folder, `joints` has one entry a moving joint."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    urdf: str
+    tool_link: str
+    joints: dict[str, JointEntry]
+    allowed_contacts: tuple[tuple[str, str], ...] = ()
+    scene_unchecked_links: tuple[str, ...] = ()
