@@ -1,0 +1,12 @@
+-- One row a trial: one policy, trained on one selection with one seed, sent to one test target.
+CREATE OR REPLACE VIEW evaluations AS
+SELECT robot, scene, pool, study, * EXCLUDE (robot, scene, pool, study, filename)
+FROM read_parquet(
+    lake_root() || '/evaluations/robot=*/scene=*/pool=*/study=*/part-*.parquet',
+    filename = true,
+    hive_partitioning = true,
+    hive_types = {'robot': VARCHAR, 'scene': VARCHAR, 'pool': VARCHAR, 'study': VARCHAR}
+)
+QUALIFY row_number() OVER (
+    PARTITION BY robot, scene, pool, study, evaluation_id, kind, test_id ORDER BY filename
+) = 1;

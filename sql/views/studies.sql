@@ -1,0 +1,10 @@
+-- One row a configuration of a study; its trials are evaluations.study = study || '-' || study_key.
+CREATE OR REPLACE VIEW studies AS
+SELECT study, * EXCLUDE (study, filename)
+FROM read_parquet(
+    lake_root() || '/studies/study=*/part-*.parquet',
+    filename = true,
+    hive_partitioning = true,
+    hive_types = {'study': VARCHAR}
+)
+QUALIFY row_number() OVER (PARTITION BY study, study_key ORDER BY filename) = 1;

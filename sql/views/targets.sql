@@ -1,0 +1,10 @@
+-- One row a target: position of the tool (m) and the goal configurations that reach it (rad, m).
+CREATE OR REPLACE VIEW targets AS
+SELECT robot, scene, pool, * EXCLUDE (robot, scene, pool, filename)
+FROM read_parquet(
+    lake_root() || '/targets/robot=*/scene=*/pool=*/part-*.parquet',
+    filename = true,
+    hive_partitioning = true,
+    hive_types = {'robot': VARCHAR, 'scene': VARCHAR, 'pool': VARCHAR}
+)
+QUALIFY row_number() OVER (PARTITION BY robot, scene, pool, target_id ORDER BY filename) = 1;

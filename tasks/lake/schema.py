@@ -1,0 +1,115 @@
+"""Tables of the lake: columns, folder levels and what tells rows apart. Nothing else defines a column."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import pyarrow as pa
+from plancurate.errors import UnknownNameError
+
+SCHEMA_VERSION = 1  # raise it with every change below: older parts are then refused, not misread
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table: `schema` is what a part file holds, `partition` are the folder levels above it."""
+
+    name: str
+    partition: tuple[str, ...]
+    identity: tuple[str, ...]  # columns that tell two rows of one partition apart
+    schema: pa.Schema
+
+    @property
+    def full_schema(self) -> pa.Schema:
+        """The partition's columns (strings) followed by those of the file."""
+        return pa.schema([_required(name, pa.string()) for name in self.partition] + list(self.schema))
+
+
+def table(name: str) -> Table:
+    """The table of that name; UnknownNameError otherwise."""
+    if name not in TABLES:
+        raise UnknownNameError("table", name, TABLES)
+    return TABLES[name]
+
+
+def _required(name: str, kind: pa.DataType) -> pa.Field:
+    return pa.field(name, kind, nullable=False)
+
+
+def _schema(required: Mapping[str, pa.DataType], optional: Mapping[str, pa.DataType]) -> pa.Schema:
+    """Columns in the order given: those that always hold a value, then those that may be null."""
+    fields = [_required(name, kind) for name, kind in required.items()]
+    return pa.schema(fields + [pa.field(name, kind) for name, kind in optional.items()])
+
+
+_TEXT, _INT, _LONG, _BOOL, _REAL = pa.string(), pa.int32(), pa.int64(), pa.bool_(), pa.float64()
+
+# One row an attempt; `q` is (waypoints, joints) in rad or m at steps of `dt` seconds, empty when not solved.
+_TRAJECTORIES = _schema(
+    {
+        "trajectory_id": _TEXT, "target_id": _INT, "run": _INT, "seed": _LONG,
+        "status": _TEXT, "reason": _TEXT, "solved": _BOOL, "termination": _TEXT,
+        "state_checks": _LONG, "motion_checks": _LONG,
+        "goal_index": _INT, "n_path_waypoints": _INT, "timing_method": _TEXT,
+        "target_x": _REAL, "target_y": _REAL, "target_z": _REAL,
+        "n_waypoints": _INT, "verified": _BOOL,
+        "plan_s": _REAL, "timing_s": _REAL, "verify_s": _REAL,
+        "dt": _REAL, "q": pa.list_(pa.list_(pa.float32())),
+    },
+    {
+        "tool_x": _REAL, "tool_y": _REAL, "tool_z": _REAL,
+        "joint_movement": _REAL, "smoothness": _REAL, "path_length": _REAL,
+        "duration": _REAL, "final_distance": _REAL,
+        "max_tracking_error_rad": _REAL, "final_tracking_error_m": _REAL,
+        "contacts": _INT, "saturated_share": _REAL, "verify_reason": _TEXT,
+    },
+)  # fmt: skip
+
+_TARGETS = _schema(
+    {"target_id": _INT, "x": _REAL, "y": _REAL, "z": _REAL, "goals": pa.list_(pa.list_(_REAL))}, {}
+)
+
+# One row a kept trajectory.
+_SELECTIONS = _schema(
+    {
+        "selection_id": _TEXT, "seed": _INT, "pool_hash": _TEXT, "n_targets": _INT, "params": _TEXT,
+        "trajectory_id": _TEXT, "target_id": _INT, "planner": _TEXT, "goal_index": _INT, "n_pool": _INT,
+        "prepare_s": _REAL, "score_s": _REAL, "cluster_s": _REAL, "select_s": _REAL,
+        "selection_time_s": _REAL,
+    },
+    {"budget": _INT, "cluster": _INT, "score": _REAL, "rank": _INT},
+)  # fmt: skip
+
+# One row a trial of a policy.
+_EVALUATIONS = _schema(
+    {
+        "evaluation_id": _TEXT, "selection_id": _TEXT, "selector": _TEXT, "policy": _TEXT, "seed": _INT,
+        "n_kept": _INT, "selection_time_s": _REAL, "train_s": _REAL,
+        "test_id": _INT, "kind": _TEXT, "x": _REAL, "y": _REAL, "z": _REAL,
+        "success": _BOOL, "settled": _BOOL, "reached": _BOOL, "collided": _BOOL, "out_of_limits": _BOOL,
+        "steps": _INT, "final_distance": _REAL, "path_length": _REAL, "joint_movement": _REAL,
+    },
+    {"budget": _INT, "target_id": _INT, "distance_cm": _INT},
+)  # fmt: skip
+
+_STUDIES = _schema(
+    {
+        "study_key": _TEXT, "config": _TEXT, "robot": _TEXT, "scene": _TEXT, "pool": _TEXT,
+        "created_at": pa.timestamp("us", tz="UTC"), "package_version": _TEXT, "ompl_version": _TEXT,
+    },
+    {},
+)  # fmt: skip
+
+_POOL_LEVELS = ("robot", "scene", "pool")
+
+TABLES = {
+    t.name: t
+    for t in (
+        Table("trajectories", (*_POOL_LEVELS, "planner"), ("trajectory_id",), _TRAJECTORIES),
+        Table("targets", _POOL_LEVELS, ("target_id",), _TARGETS),
+        Table("selections", (*_POOL_LEVELS, "selector"), ("selection_id", "trajectory_id"), _SELECTIONS),
+        Table("evaluations", (*_POOL_LEVELS, "study"), ("evaluation_id", "kind", "test_id"), _EVALUATIONS),
+        Table("studies", ("study",), ("study_key",), _STUDIES),
+    )
+}
