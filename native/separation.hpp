@@ -10,7 +10,7 @@
 
 namespace plancurate {
 
-constexpr int kMaxSteps = 24;
+constexpr int kMaxSteps = 200;  // 2 or 3 do for most pairs; few lanes ever see the end
 
 // Where on segment a to start: next to b's nearest point when b is a segment too, which ends the walk at once.
 template <class T, class S>
