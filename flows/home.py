@@ -1,0 +1,50 @@
+"""The home folder: where a study's data, records and services keep what they write."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Home:
+    """Paths under one home folder; nothing is created before somebody writes there."""
+
+    root: Path
+
+    @classmethod
+    def resolve(cls, folder: str | Path | None = None) -> Home:
+        """The folder asked for, else `PLANCURATE_HOME`, else `./data`, as an absolute path."""
+        chosen = folder or os.environ.get("PLANCURATE_HOME") or "data"
+        return cls(Path(chosen).expanduser().resolve())
+
+    @property
+    def lake(self) -> Path:
+        """Parquet tables: the truth about what was planned, selected and evaluated."""
+        return self.root / "lake"
+
+    @property
+    def mlflow_db(self) -> Path:
+        """MLflow's SQLite database."""
+        return self.root / "mlflow.db"
+
+    @property
+    def artifacts(self) -> Path:
+        """Files of MLflow runs and models."""
+        return self.root / "artifacts"
+
+    @property
+    def prefect(self) -> Path:
+        """Prefect's database, locks and log files."""
+        return self.root / "prefect"
+
+    @property
+    def models(self) -> Path:
+        """Trained policies."""
+        return self.root / "models"
+
+    @property
+    def reports(self) -> Path:
+        """Tables and figures for people."""
+        return self.root / "reports"

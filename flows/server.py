@@ -1,0 +1,318 @@
+"""A real Prefect server for the time of a run, shared by all runs on one home.
+
+Prefect's own ephemeral server loses task runs and prints tracebacks when it is shut down; without any API URL
+there is nothing that a user could open later. So a run without a configured API starts a server process on
+127.0.0.1 with its database in the home folder. Runs on the same home share it, and the last one ends it.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import http.client
+import importlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.parse
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+from uuid import UUID
+
+from plancurate.errors import PlancurateError
+from plancurate.flows.home import Home
+
+HOST = "127.0.0.1"
+START_TIMEOUT_S = 120.0
+STOP_TIMEOUT_S = 30.0
+
+SERVER_DEFAULTS = {
+    # One row a message keeps up with about 20 task runs a second; in batches it keeps up with the thread runner.
+    "PREFECT_SERVER_SERVICES_TASK_RUN_RECORDER_BATCH_SIZE": "200",
+    "PREFECT_SERVER_SERVICES_TASK_RUN_RECORDER_READ_BATCH_SIZE": "200",
+    "PREFECT_SERVER_SERVICES_TASK_RUN_RECORDER_FLUSH_INTERVAL": "1",
+    "PREFECT_SERVER_SERVICES_EVENT_PERSISTER_BATCH_SIZE": "200",
+    "PREFECT_SERVER_SERVICES_EVENT_PERSISTER_READ_BATCH_SIZE": "200",
+    "PREFECT_SERVER_ANALYTICS_ENABLED": "false",
+    "PREFECT_UI_SHOW_PROMOTIONAL_CONTENT": "false",
+    "PREFECT_SERVER_LOGGING_LEVEL": "WARNING",
+    "PREFECT_LOGGING_LEVEL": "WARNING",
+}
+
+CLIENT_DEFAULTS = {
+    "DO_NOT_TRACK": "1",
+    "PREFECT_LOGGING_HANDLERS_CONSOLE_LEVEL": "CRITICAL",  # run logs go to the API; the terminal is the command's
+    "PREFECT_LOGGING_EXTRA_LOGGERS": "plancurate",
+    "PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW": "ignore",
+}
+
+
+@contextmanager
+def prefect_server(home: Home, *, port: int = 0, preload: Sequence[str] = ()) -> Iterator[str]:
+    """Prefect's API URL, set for this process and its children while the context lasts.
+
+    A configured `PREFECT_API_URL` (environment or profile) is used as it is. Otherwise the home's own server is
+    joined or started on `port` (0: any free one). `preload` names modules to import while it starts.
+    Raises PlancurateError where the configured API does not answer or the server does not start.
+    """
+    with _environment(CLIENT_DEFAULTS):
+        if configured := _configured_url():
+            _check_reachable(configured)
+            yield configured
+            return
+        from prefect.settings import temporary_settings
+
+        with _own_server(home, port, preload) as url, _environment(_client_settings(home, url)):
+            # Heartbeats let a server find the crashed runs of its workers; each costs its flow a second at the end.
+            with temporary_settings({"flows.heartbeat_frequency": None}):
+                try:
+                    yield url
+                finally:
+                    _flush_events()
+
+
+def wait_until_recorded(flow_run_id: UUID, expected: int, timeout: float = 60.0) -> int:
+    """Wait until the API lists `expected` finished task runs of a flow run; return how many it lists in the end.
+
+    The client sends task states as events, which the server records in batches some time later.
+    """
+    from prefect.client.orchestration import get_client
+    from prefect.events.worker import EventsWorker
+
+    EventsWorker.instance().wait_until_empty()
+    question = {
+        "flow_runs": {"id": {"any_": [str(flow_run_id)]}},
+        "task_runs": {"state": {"type": {"any_": ["COMPLETED", "FAILED", "CRASHED", "CANCELLED"]}}},
+    }
+    deadline = time.monotonic() + timeout
+    with get_client(sync_client=True) as client:
+        while True:
+            recorded = int(client.request("POST", "/task_runs/count", json=question).json())
+            if recorded >= expected or time.monotonic() > deadline:
+                return recorded
+            time.sleep(0.1)
+
+
+@contextmanager
+def _environment(variables: Mapping[str, str]) -> Iterator[None]:
+    """Environment variables for this process, its children and, where it is imported already, Prefect."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    _refresh_prefect()
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name) if value is None else os.environ.__setitem__(name, value)
+        _refresh_prefect()
+
+
+def _refresh_prefect() -> None:
+    if "prefect.context" in sys.modules:
+        from prefect.context import refresh_global_settings_context
+
+        refresh_global_settings_context()
+    if "prefect.main" in sys.modules:
+        from prefect.logging.configuration import setup_logging
+
+        setup_logging()
+
+
+def _client_settings(home: Home, url: str) -> dict[str, str]:
+    return {"PREFECT_API_URL": url, "PREFECT_RESULTS_LOCAL_STORAGE_PATH": str(home.prefect / "results")}
+
+
+def _configured_url() -> str | None:
+    from prefect.settings import PREFECT_API_URL
+
+    url: str | None = PREFECT_API_URL.value()
+    return url
+
+
+def _check_reachable(url: str) -> None:
+    from prefect.client.orchestration import get_client
+
+    with get_client(httpx_settings={"timeout": 5.0}, sync_client=True) as client:
+        problem = client.api_healthcheck()
+    if problem is not None:
+        raise PlancurateError(
+            f"PREFECT_API_URL={url}: no Prefect API answers there ({problem}); "
+            "start that server, or unset the variable to let the command run its own"
+        )
+
+
+@contextmanager
+def _own_server(home: Home, port: int, preload: Sequence[str]) -> Iterator[str]:
+    home.prefect.mkdir(parents=True, exist_ok=True)
+    with _users_lock(home) as users:
+        pid, url = _join_or_start(home, port, preload)
+        try:
+            yield url
+        finally:
+            _leave(home, users, pid)
+
+
+@contextmanager
+def _users_lock(home: Home) -> Iterator[IO[str]]:
+    """A shared lock that says "I use this home's services"; a server that is just ending is waited for."""
+    with (home.prefect / "users.lock").open("a") as file:
+        _lock(file, fcntl.LOCK_SH, STOP_TIMEOUT_S)
+        yield file
+
+
+def _lock(file: IO[str], kind: int, timeout: float) -> None:
+    deadline = time.monotonic() + timeout
+    while True:
+        try:
+            fcntl.flock(file, kind | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > deadline:
+                raise PlancurateError(
+                    f"{file.name}: still locked after {timeout:.0f} s; another run on this home hangs, end it first"
+                ) from None
+            time.sleep(0.05)
+        else:
+            return
+
+
+def _join_or_start(home: Home, port: int, preload: Sequence[str]) -> tuple[int, str]:
+    """Process id and API URL of the home's server, once it answers."""
+    with (home.prefect / "start.lock").open("a") as start:
+        _lock(start, fcntl.LOCK_EX, START_TIMEOUT_S)
+        process = None if _serving(home) else _spawn_server(home, port)
+        for module in preload:
+            importlib.import_module(module)
+        deadline = time.monotonic() + START_TIMEOUT_S
+        while time.monotonic() < deadline:
+            if (server := _serving(home)) and _healthy(server[1]):
+                return server
+            if process is not None and process.poll() is not None:
+                break
+            time.sleep(0.05)
+    log = home.prefect / "server.log"
+    raise PlancurateError(f"{log}: the Prefect server did not start; its last words: {_last_line(log)}")
+
+
+def _serving(home: Home) -> tuple[int, str] | None:
+    """Process id and API URL of the server that holds the home's server lock, if one does."""
+    with (home.prefect / "server.lock").open("a+") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.seek(0)
+            try:
+                note = json.load(file)
+            except json.JSONDecodeError:  # locked a moment ago, not yet written
+                return 0, ""
+            return note["pid"], note["url"]
+    return None
+
+
+_started: list[subprocess.Popen[bytes]] = []  # kept: a server may outlive the run that started it
+
+
+def _spawn_server(home: Home, port: int) -> subprocess.Popen[bytes]:
+    port = _free_port(port)
+    url = f"http://{HOST}:{port}/api"
+    database = f"sqlite+aiosqlite:///{home.prefect / 'prefect.db'}"
+    environment = {
+        **SERVER_DEFAULTS,
+        "PREFECT_API_DATABASE_CONNECTION_URL": database,
+        **os.environ,
+        "PREFECT_HOME": str(home.prefect),
+        "PREFECT_API_URL": url,
+        "PREFECT_LOGGING_HANDLERS_CONSOLE_LEVEL": "DEBUG",  # the log file takes what the terminal does not
+        "DO_NOT_TRACK": "1",
+    }
+    options = ["--own", str(home.prefect / "server.lock"), "--url", url]
+    uvicorn = ["uvicorn", "--factory", "prefect.server.api.server:create_app"]
+    uvicorn += [
+        "--host",
+        HOST,
+        "--port",
+        str(port),
+        "--log-level",
+        "warning",
+        "--timeout-graceful-shutdown",
+        "5",
+    ]
+    return spawn_guarded(home, uvicorn, home.prefect / "server.log", environment, options)
+
+
+def spawn_guarded(
+    home: Home, command: Sequence[str], log: Path, environment: Mapping[str, str], options: Sequence[str] = ()
+) -> subprocess.Popen[bytes]:
+    """Start a Python module as a service that ends with the last user of the home; its output goes to `log`."""
+    guard = [sys.executable, "-m", "plancurate.flows.guard", str(home.prefect / "users.lock"), *options, "--"]
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            [*guard, *command],
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            cwd=home.prefect,
+            env=dict(environment),
+            start_new_session=True,
+        )
+    _started.append(process)
+    return process
+
+
+def _free_port(wanted: int) -> int:
+    """The wanted port when nobody listens there, otherwise any free one."""
+    for port in (wanted, 0):
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind((HOST, port))
+            except OSError:
+                continue
+            return int(probe.getsockname()[1])
+    raise PlancurateError(f"{HOST}: no free port for the Prefect server")
+
+
+def _healthy(url: str) -> bool:
+    where = urllib.parse.urlsplit(url)
+    connection = http.client.HTTPConnection(where.hostname or HOST, where.port, timeout=2.0)
+    try:
+        connection.request("GET", f"{where.path}/health")
+        return connection.getresponse().status == http.HTTPStatus.OK
+    except (OSError, http.client.HTTPException):
+        return False
+    finally:
+        connection.close()
+
+
+def _leave(home: Home, users: IO[str], pid: int) -> None:
+    """Stop the server unless somebody else uses it."""
+    try:
+        fcntl.flock(
+            users, fcntl.LOCK_EX | fcntl.LOCK_NB
+        )  # held until the server is gone: nobody joins a dying one
+    except BlockingIOError:
+        return
+    os.killpg(pid, signal.SIGTERM)
+    deadline = time.monotonic() + STOP_TIMEOUT_S
+    while _serving(home) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    for process in _started:
+        process.poll()
+
+
+def _flush_events() -> None:
+    """Send what Prefect's background threads still hold, and end them: they are bound to this server."""
+    from prefect.events.worker import EventsWorker
+    from prefect.logging.handlers import APILogWorker
+
+    EventsWorker.drain_all()
+    APILogWorker.drain_all()
+
+
+def _last_line(log: Path) -> str:
+    lines = log.read_text(errors="replace").split("\n") if log.exists() else []
+    return next((line.strip() for line in reversed(lines) if line.strip()), "none")
