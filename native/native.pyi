@@ -94,3 +94,99 @@ def clearance(robot: Robot, scene: Scene, q: FloatArray) -> FloatArray:
 
     Not positive where shapes touch, and then no measure of how deep; infinite where nothing is checked.
     """
+
+class Budget:
+    """How much one planner run may use up."""
+
+    state_checks: int
+    polls: int
+    seconds: float
+
+    def __init__(self, *, state_checks: int, polls: int, seconds: float) -> None:
+        """Set the limits; a run ends soon after the first of them is passed.
+
+        Args:
+            state_checks: collision checks of single states.
+            polls: questions of the planner whether to go on, roughly its iterations; ends runs that check little.
+            seconds: wall clock, s. A safety net: where it ends a run, the result depends on the machine.
+        """
+
+class Result:
+    """What became of one planner run."""
+
+    status: str
+    """"exact", "approximate" (the path ends short of every goal) or "none"."""
+    reason: str
+    """Why the status is not "exact", else empty."""
+    path: FloatArray
+    """(w, n) waypoints from the start to a goal, whose edges are free at the resolution asked for; (0, n) if none."""
+    cost: float
+    """Euclidean length of the path, rad."""
+    goal_index: int
+    """The goal that the path ends at, -1 unless the status is "exact"."""
+    state_checks: int
+    """States the planner looked at; simplification and the final check of the path are not counted."""
+    motion_checks: int
+    """Edges the planner looked at."""
+    polls: int
+    """How often the planner asked whether to go on."""
+    seconds: float
+    """Wall clock of the whole call, s."""
+    termination: str
+    """What ended the run: "solved", "planner" (it gave up), "start" or "goal" (not usable), else the used-up limit:
+    "state_checks", "polls" or "seconds". An optimizing planner with a solution usually ends at a limit."""
+
+class PlannerInfo:
+    """One of the planners."""
+
+    name: str
+    """OMPL's class name."""
+    params: dict[str, str]
+    """Its parameters by OMPL's names, with the values used unless `plan` is given others."""
+    optimizing: bool
+    """Goes on to improve its path until the budget ends or no path can be shorter."""
+    deterministic: bool
+    """The same arguments give the same path and counts, whatever runs beside it."""
+    note: str
+    """Why not, else empty."""
+
+def plan(
+    robot: Robot,
+    scene: Scene,
+    planner: str,
+    start: FloatArray,
+    goals: FloatArray,
+    *,
+    params: dict[str, str],
+    seed: int,
+    budget: Budget,
+    resolution: float,
+    simplify: bool,
+) -> Result:
+    """Plan from start (n,) to any of goals (g, n), rad.
+
+    The result depends on the arguments alone (but for `seconds`), unless its termination is "seconds". A start or
+    goal that is outside the limits or in collision is a result with a reason, not an error.
+
+    Args:
+        robot: the arm.
+        scene: what it must not touch.
+        planner: OMPL's class name.
+        start: joint positions.
+        goals: joint positions, one goal a row.
+        params: the planner's parameters by OMPL's names; those left out keep their values in `planners()`.
+        seed: of everything random in the run, 0 .. 2**64 - 1.
+        budget: how much the planner may use up.
+        resolution: largest joint step between checked states of an edge, rad.
+        simplify: shorten the path with OMPL's vertex reduction and shortcuts.
+
+    Raises:
+        ValueError: unknown planner or parameter (the message lists the valid ones), a value that it does not take,
+            arrays of the wrong shape.
+    """
+
+def planners() -> list[PlannerInfo]:
+    """List all planners."""
+
+def ompl_version() -> str:
+    """Return the version of the OMPL library that this module was built with, as "1.5.2"."""

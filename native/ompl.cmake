@@ -23,6 +23,9 @@ if(TARGET ompl::ompl)  # OMPL 1.6 and newer
 elseif(TARGET PkgConfig::ompl)
   target_link_libraries(plancurate_ompl INTERFACE PkgConfig::ompl)
 else()
+  # Debian's list goes on with Boost libraries that only a -dev package outside its dependencies provides; the
+  # linker finds what OMPL itself needs of them.
+  list(GET OMPL_LIBRARIES 0 ompl_library)
   target_include_directories(plancurate_ompl SYSTEM INTERFACE ${OMPL_INCLUDE_DIRS})
-  target_link_libraries(plancurate_ompl INTERFACE ${OMPL_LIBRARIES})
+  target_link_libraries(plancurate_ompl INTERFACE ${ompl_library})
 endif()

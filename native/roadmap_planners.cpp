@@ -1,0 +1,99 @@
+#include "roadmap_planners.hpp"
+
+#include <limits>
+
+namespace plancurate {
+
+namespace {
+
+ob::PlannerStatus report(const ob::ProblemDefinitionPtr& problem, const ob::PathPtr& path, const std::string& name) {
+    if (!path) return ob::PlannerStatus::TIMEOUT;
+    problem->addSolutionPath(path, false, -1.0, name);
+    return ob::PlannerStatus::EXACT_SOLUTION;
+}
+
+}  // namespace
+
+template <class Base>
+void Roadmap<Base>::connect_query() {
+    while (const ob::State* state = this->pis_.nextStart())
+        this->startM_.push_back(this->addMilestone(this->si_->cloneState(state)));
+    while (const ob::State* state = this->pis_.nextGoal())
+        this->goalM_.push_back(this->addMilestone(this->si_->cloneState(state)));
+}
+
+template <class Base>
+bool Roadmap<Base>::query(ob::PathPtr& path) {
+    return this->maybeConstructSolution(this->startM_, this->goalM_, path);
+}
+
+template <class Base>
+ob::PlannerStatus Roadmap<Base>::solve(const ob::PlannerTerminationCondition& ptc) {
+    this->checkValidity();
+    this->bestCost_ = this->opt_->infiniteCost();
+    this->sampler_ = this->si_->allocValidStateSampler();
+    this->simpleSampler_ = this->si_->allocStateSampler();
+    connect_query();
+
+    ob::PathPtr path;
+    bool done = query(path);
+    for (bool growing = true; !done && !ptc(); growing = !growing) {
+        const unsigned long end = this->iterations_ + (growing ? growth : expansion);
+        const ob::PlannerTerminationCondition stop([this, &ptc, end] { return ptc() || this->iterations_ >= end; });
+        growing ? Base::growRoadmap(stop) : Base::expandRoadmap(stop);
+        done = query(path);
+    }
+    return report(this->pdef_, path, this->getName());
+}
+
+template <class Base>
+ob::PlannerStatus LazyRoadmap<Base>::solve(const ob::PlannerTerminationCondition& ptc) {
+    while (const ob::State* state = this->pis_.nextGoal())
+        this->goalM_.push_back(this->addMilestone(this->si_->cloneState(state)));
+    return Base::solve(ptc);
+}
+
+template class Roadmap<og::PRM>;
+template class Roadmap<og::PRMstar>;
+template class LazyRoadmap<og::LazyPRM>;
+template class LazyRoadmap<og::LazyPRMstar>;
+
+ob::PlannerStatus SPARS::solve(const ob::PlannerTerminationCondition& ptc) {
+    checkValidity();
+    checkQueryStateInitialization();
+    while (const ob::State* state = pis_.nextStart()) {
+        addMilestone(si_->cloneState(state));
+        startM_.push_back(addGuard(si_->cloneState(state), START));
+    }
+    while (const ob::State* state = pis_.nextGoal()) {
+        addMilestone(si_->cloneState(state));
+        goalM_.push_back(addGuard(si_->cloneState(state), GOAL));
+    }
+
+    ob::PathPtr path;
+    std::size_t edges = 0;  // of the spanner when the query was last asked
+    constructRoadmap(ob::PlannerTerminationCondition([&] {
+        if (boost::num_edges(s_) != edges) addedSolution_ = haveSolution(startM_, goalM_, path);
+        edges = boost::num_edges(s_);
+        return addedSolution_ || reachedFailureLimit() || ptc();
+    }));
+    return report(pdef_, path, getName());
+}
+
+ob::PlannerStatus SPARStwo::solve(const ob::PlannerTerminationCondition& ptc) {
+    checkValidity();
+    checkQueryStateInitialization();
+    while (const ob::State* state = pis_.nextStart()) startM_.push_back(addGuard(si_->cloneState(state), START));
+    while (const ob::State* state = pis_.nextGoal()) goalM_.push_back(addGuard(si_->cloneState(state), GOAL));
+
+    ob::PathPtr path;
+    std::size_t edges = 0;  // of the spanner when the query was last asked
+    constructRoadmap(ob::PlannerTerminationCondition([&] {
+        if (boost::num_edges(g_) != edges) addedSolution_ = haveSolution(startM_, goalM_, path);
+        edges = boost::num_edges(g_);
+        return addedSolution_ || reachedFailureLimit() || ptc();
+    }));
+    return report(pdef_, path, getName());
+}
+
+}  // namespace plancurate
