@@ -7,6 +7,7 @@ import hashlib
 from pathlib import Path
 
 import duckdb
+
 from plancurate.sql import load, names
 from plancurate.tasks.lake.parts import publish, temporary_path
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
+
 from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.schema import SCHEMA_VERSION, Table
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import pyarrow as pa
+
 from plancurate.errors import UnknownNameError
 
 SCHEMA_VERSION = 1  # raise it with every change below: older parts are then refused, not misread

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import duckdb
 import pyarrow as pa
+
 from plancurate.errors import PlancurateError
 from plancurate.sql import load
 from plancurate.tasks.lake.catalog import define_views
