@@ -1,0 +1,91 @@
+"""Trajectories as demonstrations: what a policy sees at each step and what it should do next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+
+from plancurate import native
+from plancurate.errors import PlancurateError
+from plancurate.robots.robot import Robot
+
+FloatArray = npt.NDArray[np.float64]
+Float32Array = npt.NDArray[np.float32]
+IntArray = npt.NDArray[np.int64]
+
+HOLD_STEPS = 5
+"""Held steps at the end of each demonstration unless the caller says otherwise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Demonstrations:
+    """Steps of all episodes one after another, with o = 3 + n numbers observed and n joints."""
+
+    observations: Float32Array
+    """(steps, o): target minus tool position (m), then joint angles (rad or m)."""
+    actions: Float32Array
+    """(steps, n): next joint angles minus the present ones; zero where the episode holds."""
+    starts: IntArray
+    """(episodes,): first step of each episode."""
+    lengths: IntArray
+    """(episodes,): steps of each episode, held ones included."""
+    window_starts: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
+    """Steps where a training window may begin, all unless given; one listed twice is drawn twice as often."""
+
+    def __post_init__(self) -> None:
+        if len(self.window_starts) == 0:
+            object.__setattr__(self, "window_starts", np.arange(len(self.observations)))
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return int(self.actions.shape[1])
+
+    def windows(self, first: IntArray, length: int) -> IntArray:
+        """Steps (k, length) of windows from `first` (k,); beyond the end the held last step is repeated."""
+        episode = np.searchsorted(self.starts, first, side="right") - 1
+        last = self.starts[episode] + self.lengths[episode] - 1
+        return np.asarray(np.minimum(first[:, None] + np.arange(length), last[:, None]))
+
+
+def observe(robot: Robot, q: FloatArray, target_positions: FloatArray) -> FloatArray:
+    """Observations (b, 3 + n) of joint angles q (b, n) with the tool due at target_positions (b, 3)."""
+    tool = native.fk(robot.native, np.ascontiguousarray(q))[:, :3, 3]
+    return np.concatenate([target_positions - tool, q], axis=1)
+
+
+def demonstrations(
+    robot: Robot,
+    trajectories: Sequence[FloatArray],
+    target_positions: FloatArray,
+    hold_steps: int = HOLD_STEPS,
+) -> Demonstrations:
+    """Build demonstrations from trajectories, each (m, n), that lead to target_positions (trajectories, 3).
+
+    An episode has m + hold_steps steps; from the last waypoint on the action is to stay.
+    Raises PlancurateError when there is nothing to learn from.
+    """
+    if len(trajectories) == 0:
+        raise PlancurateError("demonstrations: 0 trajectories were kept; a policy needs at least one")
+    held = [np.concatenate([q, np.repeat(q[-1:], hold_steps + 1, axis=0)]) for q in trajectories]
+    lengths = np.array([len(q) - 1 for q in held], dtype=np.int64)
+    now = np.concatenate([q[:-1] for q in held])
+    actions = np.concatenate([np.diff(q, axis=0) for q in held])
+    observations = observe(robot, now, np.repeat(target_positions, lengths, axis=0))
+    return Demonstrations(
+        observations=observations.astype(np.float32),
+        actions=actions.astype(np.float32),
+        starts=np.concatenate([[0], np.cumsum(lengths)[:-1]]),
+        lengths=lengths,
+    )
+
+
+def demonstrations_from_rows(robot: Robot, rows: pa.Table, hold_steps: int = HOLD_STEPS) -> Demonstrations:
+    """Build demonstrations from solved rows of the lake's trajectories (columns q and target_x, _y, _z)."""
+    trajectories = [np.asarray(q, dtype=np.float64) for q in rows.column("q").to_pylist()]
+    targets = np.stack([rows.column(f"target_{axis}").to_numpy() for axis in "xyz"], axis=1)
+    return demonstrations(robot, trajectories, targets, hold_steps)

@@ -1,0 +1,87 @@
+"""What every policy network offers, and the register of networks by name."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, TypeVar
+
+import torch
+from pydantic import BaseModel, ConfigDict, ValidationError
+from torch import Tensor
+
+from plancurate.errors import PlancurateError, UnknownNameError
+
+Weights = Mapping[str, Tensor]
+"""Parameters by name; in a stack of S networks each tensor has a leading dimension S."""
+
+
+class Policy(BaseModel, ABC):
+    """A network's settings and its mathematics, for S stacked networks at once.
+
+    A policy holds no parameters: they are passed in, stacked, so that a loss or a step of S networks is one
+    batched matrix product. Everything is in standardised units.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: ClassVar[str]
+    recurrent: ClassVar[bool]
+    """Whether it learns from windows and remembers the steps before."""
+
+    batch: int
+
+    @abstractmethod
+    def initial(self, observed: int, acted: int, rng: torch.Generator) -> dict[str, Tensor]:
+        """Draw the first parameters of one network, without dimension S, for so many inputs and outputs."""
+
+    @abstractmethod
+    def loss(self, weights: Weights, observations: Tensor, actions: Tensor, masks: Tensor | None) -> Tensor:
+        """Losses (S,) on observations (S, window, batch, o) and actions (S, window, batch, n)."""
+
+    @abstractmethod
+    def step(
+        self, weights: Weights, observation: Tensor, memory: Tensor | None
+    ) -> tuple[Tensor, Tensor | None]:
+        """Actions (S, b, n) for observations (S, b, o), and what to remember; memory None starts afresh."""
+
+    def masks(self, steps: int, rng: torch.Generator) -> Tensor | None:
+        """Draw one network's masks (steps, batch, ...) for that many gradient steps, if it uses any."""
+        return None
+
+
+POLICIES: dict[str, type[Policy]] = {}
+
+P = TypeVar("P", bound=type[Policy])
+
+
+def register(name: str) -> Callable[[P], P]:
+    """Make a policy class known by name."""
+
+    def decorate(cls: P) -> P:
+        cls.name = name
+        POLICIES[name] = cls
+        return cls
+
+    return decorate
+
+
+def policy_names() -> list[str]:
+    """Names of all registered policies, sorted."""
+    return sorted(POLICIES)
+
+
+def make_policy(name: str, settings: Mapping[str, Any]) -> Policy:
+    """Build a policy by name; raises PlancurateError for an unknown name, field or value."""
+    if name not in POLICIES:
+        raise UnknownNameError("policy", name, POLICIES)
+    cls = POLICIES[name]
+    for key in settings:
+        if key not in cls.model_fields:
+            raise UnknownNameError(f"setting of {name}", key, cls.model_fields)
+    try:
+        return cls(**settings)
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(str(part) for part in first["loc"])
+        raise PlancurateError(f"policies.{name}.{field}: {first['input']!r}: {first['msg']}") from None
