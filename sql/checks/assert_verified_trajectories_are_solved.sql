@@ -1,0 +1,3 @@
+SELECT trajectory_id, status
+FROM trajectories
+WHERE verified AND NOT solved;

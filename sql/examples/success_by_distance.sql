@@ -1,0 +1,6 @@
+-- Success against the distance (cm) between a tested target and the trained one.
+SELECT study, selector, budget, distance_cm, count(*) AS n, avg(success::INTEGER) AS success_rate
+FROM evaluations
+WHERE kind = 'displaced'
+GROUP BY ALL
+ORDER BY ALL;

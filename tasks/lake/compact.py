@@ -1,0 +1,81 @@
+"""Merge the small parts of a partition into one, with readers and writers at work.
+
+The merged part appears at once beside the parts it holds; until those are gone, views keep one row of each
+identity, so that nothing is seen twice. Parts are removed only when the merged one has been there for a
+while: whoever lists the folder during a removal lists the merged part too, so that nothing is missed.
+A reader that listed a part just before its removal gets an error, not fewer rows; `Lake` then reads again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from plancurate.tasks.lake.parts import MERGED_MARK, PART_PATTERN, read_footer, write_part
+from plancurate.tasks.lake.schema import Table, table
+from plancurate.tasks.lake.store import Lake, part_keys
+
+GRACE_S = 600.0  # far longer than any listing of a folder takes
+
+
+def compact(
+    lake: Lake,
+    name: str,
+    partition: Mapping[str, str],
+    metadata: Mapping[str, str],
+    *,
+    grace_s: float = GRACE_S,
+) -> int:
+    """Remove parts merged at least `grace_s` ago, then merge those that are left; returns how many were removed.
+
+    Called twice with the grace time between, it leaves a single part. Running it at any time, from several
+    processes, or killing it changes no query's result.
+    """
+    folder = lake.folder(name, partition)
+    removed = _remove_merged(folder, table(name), time.time() - grace_s)
+    parts = sorted(folder.glob(PART_PATTERN))
+    superseded = _superseded(parts, table(name))
+    if len([part for part in parts if part.name not in superseded]) > 1:
+        _merge(folder, parts, table(name), metadata)
+    return removed
+
+
+def _merge(folder: Path, parts: list[Path], kind: Table, metadata: Mapping[str, str]) -> None:
+    names = [part.name for part in parts]
+    keys = sorted({key for part in parts for key in part_keys(part, kind)})
+    digest = hashlib.sha256("\n".join(names).encode()).hexdigest()[:16]
+    footer = {**metadata, "supersedes": json.dumps(names), "keys": json.dumps(keys)}
+    write_part(folder / f"part-merged{MERGED_MARK}{digest}.parquet", kind, _rows(parts, kind), footer)
+
+
+def _rows(parts: list[Path], kind: Table) -> pa.Table:
+    """Rows of all parts in order of identity, each once."""
+    rows = pa.concat_tables(
+        pq.read_table(part, partitioning=None) for part in parts
+    ).replace_schema_metadata()
+    by_identity = rows.select(kind.identity).append_column("row", pa.array(range(rows.num_rows)))
+    first = by_identity.group_by(list(kind.identity)).aggregate([("row", "min")])
+    return rows.take(first.sort_by([(name, "ascending") for name in kind.identity])["row_min"])
+
+
+def _remove_merged(folder: Path, kind: Table, before: float) -> int:
+    """Remove parts that a merged part, written before that time, holds."""
+    settled = [part for part in folder.glob(PART_PATTERN) if part.stat().st_mtime <= before]
+    removed = [folder / name for name in _superseded(settled, kind) if (folder / name).exists()]
+    for part in removed:
+        part.unlink(missing_ok=True)
+    return len(removed)
+
+
+def _superseded(parts: list[Path], kind: Table) -> set[str]:
+    found: set[str] = set()
+    for part in parts:
+        if MERGED_MARK in part.name:
+            found.update(json.loads(read_footer(part, kind)["supersedes"]))
+    return found
