@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from plancurate.errors import PlancurateError
 from plancurate.robots.shapes import FloatArray
 from plancurate.robots.urdf import Joint, Urdf
@@ -20,7 +21,7 @@ class Placement:
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """A serial chain of n moving joints; `origins` (n,4,4) is joint frame to previous moving frame, metres."""
+    """A serial chain of n moving joints; `origins` (n,4,4) is joint frame to previous moving frame, m."""
 
     joints: tuple[Joint, ...]
     origins: FloatArray
@@ -42,7 +43,7 @@ class Chain:
 
 
 def serial_chain(urdf: Urdf) -> Chain:
-    """Order the moving joints from base to tip and place every link; raise PlancurateError where the tree branches."""
+    """Order the moving joints from base to tip and place the links; PlancurateError where it branches."""
     children = _children(urdf)
     joints: list[Joint] = []
     origins: list[FloatArray] = []
@@ -53,13 +54,16 @@ def serial_chain(urdf: Urdf) -> Chain:
         if len(moving) > 1:
             names = " and ".join(f"'{joint.name}'" for joint in moving)
             raise PlancurateError(
-                f"{urdf.file}: moving joints {names} branch; fix all of them but one: a serial chain is needed"
+                f"{urdf.file}: moving joints {names} branch; a serial chain is needed: fix all but one"
             )
         for joint in moving:
             joints.append(joint)
             origins.append(placements[joint.parent].pose @ joint.origin)
             placements[joint.child] = Placement(len(joints), np.eye(4))
         current = [joint.child for joint in moving]
+    for link in urdf.links:
+        if link not in placements:
+            raise PlancurateError(f"{urdf.file}: link '{link}' is in a loop of joints apart from the base")
     if not joints:
         raise PlancurateError(
             f"{urdf.file}: no moving joint; at least one revolute, continuous or prismatic is needed"
@@ -92,7 +96,8 @@ def _children(urdf: Urdf) -> dict[str, list[Joint]]:
     for joint in urdf.joints:
         if joint.child in parent_of:
             raise PlancurateError(
-                f"{urdf.file}: link '{joint.child}' is the child of joints '{parent_of[joint.child]}' and '{joint.name}';"
+                f"{urdf.file}: link '{joint.child}' is the child of '{parent_of[joint.child]}'"
+                f" and '{joint.name}';"
                 " closed loops are not supported"
             )
         parent_of[joint.child] = joint.name

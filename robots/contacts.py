@@ -7,6 +7,7 @@ from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
+
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots.chain import Chain
 from plancurate.robots.robot_file import RobotFile
@@ -16,7 +17,7 @@ from plancurate.robots.urdf import Urdf
 
 @dataclass(frozen=True, eq=False)
 class LinkShape:
-    """A collision shape of `link`, posed in moving frame `frame` (0 is the base, i + 1 moves with joint i)."""
+    """A collision shape of `link`, posed in moving frame `frame`: 0 is the base, i + 1 moves with joint i."""
 
     link: str
     frame: int
@@ -38,7 +39,7 @@ def link_shapes(urdf: Urdf, chain: Chain) -> tuple[LinkShape, ...]:
 
 
 def allowed_pairs(file: Path, content: RobotFile, chain: Chain) -> frozenset[frozenset[str]]:
-    """Link pairs never checked: those of `robot.yaml`, links rigid to each other, and links joined by a moving joint."""
+    """Link pairs never checked: listed in `robot.yaml`, rigid to each other, or joined by a moving joint."""
     allowed = {_allowed_pair(file, pair, chain) for pair in content.allowed_contacts}
     for frame in range(len(chain.joints) + 1):
         links, next_links = chain.links_in(frame), chain.links_in(frame + 1)
@@ -69,3 +70,10 @@ def checked_pairs(shapes: tuple[LinkShape, ...], allowed: frozenset[frozenset[st
         and frozenset((shapes[first].link, shapes[second].link)) not in allowed
     ]
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def scene_shapes(shapes: tuple[LinkShape, ...], unchecked: frozenset[str]) -> IntArray:
+    """Indices (k,) of the shapes that are checked against the scene."""
+    return np.array(
+        [index for index, shape in enumerate(shapes) if shape.link not in unchecked], dtype=np.int32
+    )

@@ -1,13 +1,17 @@
-"""Read a YAML file into a pydantic model, turning every mistake into one line that names file, field and value."""
+"""Read a YAML file into a pydantic model; a mistake becomes one line that names file, field and value."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TypeVar
 
 import yaml
-from plancurate.errors import PlancurateError
 from pydantic import BaseModel, ValidationError
+
+from plancurate.errors import PlancurateError
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")  # of robots and scenes, which become folders of the lake
 
 Model = TypeVar("Model", bound=BaseModel)
 

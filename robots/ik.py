@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
+
 from plancurate import native
 from plancurate.robots.newton import converge, tool_jacobian
 from plancurate.robots.robot import Robot
@@ -26,7 +27,7 @@ def solve_ik(
     rng: np.random.Generator,
     separation: float = 0.5,
 ) -> FloatArray:
-    """Return the free solutions (k,n) within the planning limits, sorted lexicographically; (0,n) if there is none.
+    """Return the free solutions (k,n) within the planning limits, sorted lexicographically; (0,n) for none.
 
     `position` (3,) in m and `rotation` (3,3), or None for any, describe the tool in the base frame. Where
     solutions form a continuum (no rotation, more joints than needed, a singular pose), the result holds
@@ -47,7 +48,7 @@ def solve_ik(
 def _multi_start(
     robot: Robot, position: FloatArray, rotation: FloatArray | None, rng: np.random.Generator
 ) -> FloatArray:
-    """Distinct solutions (c,n), limits and collisions aside, until each isolated one was met at least twice."""
+    """Distinct solutions (c,n), limits and collisions aside, until each isolated one was met twice."""
     solutions, counts = np.empty((0, robot.dof)), np.empty(0, dtype=np.int64)
     for _ in range(ROUNDS):
         starts = rng.uniform(robot.lower, robot.upper, (STARTS, robot.dof))
@@ -82,7 +83,7 @@ def _turns_within_limits(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 def _distinct(q: FloatArray, distance: float, turning: BoolArray) -> tuple[list[int], np.ndarray]:
-    """Indices of states, first come first kept, that differ by `distance` in some joint; and how many each stands for.
+    """Indices of states, first come first kept, that differ by `distance` in some joint; how many each means.
 
     Joints marked in `turning` (n,) are compared up to whole turns.
     """

@@ -1,4 +1,4 @@
-"""A robot's planning limits and home: `robot.yaml` laid over the URDF, each value checked against the other."""
+"""A robot's planning limits and home: `robot.yaml` laid over the URDF, one checked against the other."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots.chain import Chain
 from plancurate.robots.robot_file import JointEntry, RobotFile
@@ -25,7 +26,7 @@ class Limits:
 
 
 def joint_limits(file: Path, content: RobotFile, chain: Chain) -> Limits:
-    """Limits in chain order; raise PlancurateError for an unknown or missing joint or a value outside the URDF's."""
+    """Limits in chain order; PlancurateError for an unknown or missing joint or a value beyond the URDF's."""
     names = [joint.name for joint in chain.joints]
     for name in content.joints:
         if name not in names:
@@ -51,7 +52,8 @@ def _limits_of(
         raise PlancurateError(f"{where}.position: [{lower:g}, {upper:g}] must rise")
     if lower < joint.lower or upper > joint.upper:
         raise PlancurateError(
-            f"{where}.position: [{lower:g}, {upper:g}] must lie within the URDF's [{joint.lower:g}, {joint.upper:g}]"
+            f"{where}.position: [{lower:g}, {upper:g}] must lie within"
+            f" the URDF's [{joint.lower:g}, {joint.upper:g}]"
         )
     velocity = joint.velocity if entry.velocity is None else entry.velocity
     if velocity > joint.velocity:

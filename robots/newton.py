@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.shapes import FloatArray
@@ -26,9 +27,9 @@ def tool_jacobian(robot: Robot, q: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def converge(robot: Robot, q: FloatArray, position: FloatArray, rotation: FloatArray | None) -> FloatArray:
-    """Iterate the starts `q` (b,n) towards the target, limits aside; return those that reach it (c,n), in order.
+    """Iterate the starts `q` (b,n) towards the target, limits aside; return those that reach it (c,n).
 
-    `position` (3,) in m and `rotation` (3,3) describe the tool in the base frame; without `rotation` any will do.
+    `position` (3,) in m and `rotation` (3,3) describe the tool in the base frame; None lets it turn freely.
     """
     q, going, reached = q.copy(), np.arange(len(q)), np.zeros(len(q), dtype=bool)
     for _ in range(ITERATIONS):

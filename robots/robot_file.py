@@ -11,7 +11,7 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class JointEntry(BaseModel):
-    """One moving joint: what plans keep to, rad (m) and s; position and velocity limits default to the URDF's."""
+    """One moving joint: what plans keep to, rad (m) and s; position and velocity default to the URDF's."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -22,7 +22,7 @@ class JointEntry(BaseModel):
 
 
 class RobotFile(BaseModel):
-    """The content of `robot.yaml`; `urdf` is relative to its folder, `joints` has one entry a moving joint."""
+    """The content of `robot.yaml`; `urdf` is relative to it, `joints` has one entry a moving joint."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from plancurate import native
 from plancurate.errors import PlancurateError, UnknownNameError
-from plancurate.robots.files import read_yaml
-from plancurate.robots.robot import NAME
+from plancurate.robots.files import NAME, read_yaml
 from plancurate.robots.scene_file import SceneFile
 from plancurate.robots.shapes import Shape, shape_arrays
 
@@ -31,6 +30,7 @@ class Scene:
     name: str
     shapes: tuple[SceneShape, ...]
     ground: float | None
+    margin: float  # clearance in m that a free state has
     native: native.Scene
     digest: str  # of the content of the file
 
@@ -48,7 +48,19 @@ def load_scene(name_or_file: str | Path) -> Scene:
     model = native.Scene(
         ground=content.ground, margin=content.margin, **shape_arrays([shape.shape for shape in shapes])
     )
-    return Scene(file.stem, shapes, content.ground, model, hashlib.sha256(file.read_bytes()).hexdigest()[:12])
+    return Scene(
+        file.stem,
+        shapes,
+        content.ground,
+        content.margin,
+        model,
+        hashlib.sha256(file.read_bytes()).hexdigest()[:12],
+    )
+
+
+def empty_scene(margin: float = 0.0) -> Scene:
+    """No floor and no shapes: only the robot itself is in its way."""
+    return Scene("empty", (), None, margin, native.Scene(ground=None, margin=margin, **shape_arrays([])), "")
 
 
 def _scene_file(name_or_file: str | Path) -> Path:

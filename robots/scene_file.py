@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
 from plancurate.robots.robot_file import Finite, Positive
 from plancurate.robots.shapes import Shape, transform
-from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Triple = tuple[Finite, Finite, Finite]
 
@@ -57,7 +58,7 @@ class Round(Entry):
 
 
 class SceneFile(BaseModel):
-    """The content of a scene: `ground` is the floor's height in m or null, `margin` the clearance that plans keep, m."""
+    """A scene: `ground` is the floor's height in m or null, `margin` the clearance in m that plans keep."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

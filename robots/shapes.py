@@ -27,8 +27,8 @@ KIND_CODES: dict[Kind, int] = {
 class Shape:
     """A primitive in some frame: `pose` (4,4) is shape frame to that frame, metres.
 
-    `size` is (radius, 0, 0) for a sphere, (radius, half length along z, 0) for a capsule (without its caps) and a
-    cylinder, and the three half extents for a box.
+    `size` is (radius, 0, 0) for a sphere, (radius, half length along z, 0) for a cylinder or capsule (without
+    its caps), and the three half extents for a box.
     """
 
     kind: Kind
@@ -45,7 +45,7 @@ def transform(xyz: Sequence[float], rpy: Sequence[float]) -> FloatArray:
 
 
 def shape_arrays(shapes: Sequence[Shape]) -> dict[str, Any]:
-    """Return the shapes as the native classes' keyword arguments `shape_kinds`, `shape_poses`, `shape_sizes`."""
+    """Return the native classes' keyword arguments `shape_kinds`, `shape_poses` and `shape_sizes`."""
     return {
         "shape_kinds": np.array([KIND_CODES[shape.kind] for shape in shapes], dtype=np.int32),
         "shape_poses": np.array([shape.pose for shape in shapes], dtype=np.float64).reshape(-1, 4, 4),

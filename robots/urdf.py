@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from plancurate.errors import PlancurateError
 from plancurate.robots.shapes import FloatArray, Shape, transform
 
@@ -25,7 +26,7 @@ class Link:
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint: `origin` (4,4) child to parent frame at zero, unit `axis` (3,) in the child frame; rad, m, s, N m, N.
+    """A joint: `origin` (4,4) child to parent frame at zero, unit `axis` (3,) in the child frame; SI units.
 
     A fixed joint has no limits (zeros); a continuous one has infinite position limits.
     """
@@ -52,7 +53,7 @@ class Urdf:
 
 
 def read_urdf(file: Path) -> Urdf:
-    """Parse `file`; raise PlancurateError naming file, element and value for anything unsupported or missing."""
+    """Parse `file`; PlancurateError names file, element and value of what is unsupported or missing."""
     try:
         root = ET.parse(file).getroot()
     except (OSError, ET.ParseError) as error:
@@ -91,7 +92,7 @@ def _shape(where: str, collision: ET.Element) -> Shape:
         (radius,), (length,) = _positive(where, solid, "radius", 1), _positive(where, solid, "length", 1)
         return Shape("capsule" if solid.tag == "capsule" else "cylinder", (radius, length / 2, 0.0), pose)
     raise PlancurateError(
-        f"{where}: collision shape <{solid.tag}> is not supported; enclose it in boxes, spheres, capsules or cylinders"
+        f"{where}: collision shape <{solid.tag}> is not supported; use box, sphere, capsule or cylinder"
     )
 
 

@@ -6,12 +6,14 @@ import tempfile
 import weakref
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
+
+from scipy.spatial.transform import Rotation
 
 from plancurate.robots import Robot, Scene
 from plancurate.robots.shapes import Shape
 from plancurate.tasks.bullet import bullet
-from scipy.spatial.transform import Rotation
 
 BASE = -1  # PyBullet's index of a body's root link
 SHAPE_TYPES = {
@@ -39,7 +41,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Drives:
-    """Position-controlled joints: largest torque or force of each, and the shares of errors undone in a step."""
+    """Position-controlled joints: greatest torque or force of each, share of the errors undone in a step."""
 
     effort: list[float]
     position_gain: float
@@ -52,8 +54,7 @@ class World:
     def __init__(self) -> None:
         self.client: int = bullet.connect(bullet.DIRECT)
         weakref.finalize(self, bullet.disconnect, self.client)
-        self._folder = tempfile.TemporaryDirectory(prefix="plancurate-")
-        self._names: dict[tuple[int, int], str] = {}
+        self.names: dict[tuple[int, int], str] = {}
         self.body = -1
         self.joints: list[int] = []
 
@@ -62,14 +63,14 @@ class World:
         bullet.resetSimulation(physicsClientId=self.client)
         bullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self.client)
         bullet.setTimeStep(step_s, physicsClientId=self.client)
-        self.body = bullet.loadURDF(
-            str(self._clean_urdf(robot)), useFixedBase=True, flags=URDF_FLAGS, physicsClientId=self.client
-        )
+        self.body = self._load(robot)
         joints, links = self._indices()
-        self._names = {(self.body, index): name for name, index in links.items()}
+        self.names = {(self.body, index): name for name, index in links.items()}
         self.joints = [joints[name] for name in robot.joint_names]
         for index in links.values():  # PyBullet would brake every link a little
-            bullet.changeDynamics(self.body, index, linearDamping=0, angularDamping=0, physicsClientId=self.client)
+            bullet.changeDynamics(
+                self.body, index, linearDamping=0, angularDamping=0, physicsClientId=self.client
+            )
         for pair in robot.allowed_contacts:
             first, second = (links[name] for name in pair)
             bullet.setCollisionFilterPair(self.body, self.body, first, second, 0, physicsClientId=self.client)
@@ -85,7 +86,7 @@ class World:
             bullet.resetJointState(self.body, joint, value, physicsClientId=self.client)
 
     def step(self, drives: Drives, q: list[float], velocity: list[float]) -> tuple[list[float], list[float]]:
-        """Let the drives pull towards `q` and `velocity` for one step; return joint positions and torques."""
+        """Control one step from where the joints should be, `q`, at `velocity`; give positions, torques."""
         bullet.setJointMotorControlArray(
             self.body,
             self.joints,
@@ -104,10 +105,20 @@ class World:
     def contacts(self) -> tuple[Contact, ...]:
         """What touched at the last collision detection; PyBullet lists near misses too, they are left out."""
         return tuple(
-            Contact(self._names[point[1], point[3]], self._names[point[2], point[4]], point[8])
+            Contact(self.names[point[1], point[3]], self.names[point[2], point[4]], point[8])
             for point in bullet.getContactPoints(physicsClientId=self.client)
             if point[8] < 0.0
         )
+
+    def _load(self, robot: Robot) -> int:
+        """Load the robot through a file of its own, which is gone afterwards."""
+        with tempfile.NamedTemporaryFile(suffix=".urdf") as file:
+            file.write(_clean_urdf(robot.urdf, robot.digest))
+            file.flush()
+            body: int = bullet.loadURDF(
+                file.name, useFixedBase=True, flags=URDF_FLAGS, physicsClientId=self.client
+            )
+        return body
 
     def _indices(self) -> tuple[dict[str, int], dict[str, int]]:
         """PyBullet's numbers of the joints and of the links by name."""
@@ -131,7 +142,7 @@ class World:
 
     def _fixed(self, solid: int, name: str, position: list[float], turn: list[float]) -> int:
         body: int = bullet.createMultiBody(0.0, solid, -1, position, turn, physicsClientId=self.client)
-        self._names[body, BASE] = name
+        self.names[body, BASE] = name
         return body
 
     def _solid(self, shape: Shape) -> int:
@@ -144,17 +155,19 @@ class World:
         )
         return solid
 
-    def _clean_urdf(self, robot: Robot) -> Path:
-        """A copy without visuals, where a link without inertia weighs nothing (PyBullet would make it 1 kg)."""
-        file = Path(self._folder.name) / f"{robot.name}-{robot.digest}.urdf"
-        if not file.exists():
-            tree = ET.parse(robot.urdf)
-            for link in tree.getroot().findall("link"):
-                for visual in link.findall("visual"):
-                    link.remove(visual)
-                if link.find("inertial") is None:
-                    inertial = ET.SubElement(link, "inertial")
-                    ET.SubElement(inertial, "mass", value="0")
-                    ET.SubElement(inertial, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")
-            tree.write(file)
-        return file
+
+@lru_cache
+def _clean_urdf(file: Path, digest: str) -> bytes:
+    """The URDF without visuals; a link without inertia weighs nothing (PyBullet would take 1 kg and say so).
+
+    `digest` is there for the cache: another content of the file is another entry.
+    """
+    tree = ET.parse(file).getroot()
+    for link in tree.findall("link"):
+        for visual in link.findall("visual"):
+            link.remove(visual)
+        if link.find("inertial") is None:
+            inertial = ET.SubElement(link, "inertial")
+            ET.SubElement(inertial, "mass", value="0")
+            ET.SubElement(inertial, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")
+    return ET.tostring(tree)

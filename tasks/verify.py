@@ -1,4 +1,4 @@
-"""Physics as the judge: PyBullet plays a trajectory under position control and says how well the arm follows."""
+"""Physics as the judge: PyBullet plays a trajectory under position control; does the arm follow?"""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import threading
 from dataclasses import dataclass
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.interpolate import CubicHermiteSpline
+
 from plancurate import native
 from plancurate.robots import Robot, Scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.physics import Contact, Drives, World
-from pydantic import BaseModel, ConfigDict, Field
-from scipy.interpolate import CubicHermiteSpline
 
 FULL_EFFORT = 0.999  # of a joint's effort limit; at or above it counts as saturated
 
@@ -30,7 +31,7 @@ class VerifySettings(BaseModel):
     )
     hold_s: float = Field(default=0.25, ge=0.0, description="Seconds that the last waypoint is held.")
     max_tracking_error_rad: float = Field(
-        default=0.05, gt=0.0, description="Largest joint error on the way, rad or m."
+        default=0.02, gt=0.0, description="Largest joint error on the way, rad or m."
     )
     max_final_error_m: float = Field(
         default=0.01, gt=0.0, description="Tool's distance from its goal after holding, m."
@@ -54,7 +55,7 @@ class Verification:
 
 @dataclass(frozen=True, eq=False)
 class Playback:
-    """What happened: references and joint states (s,n), torques (s,n), and what touched after each of s steps."""
+    """What happened in s steps: references, joint states and torques (s,n), and what touched after each."""
 
     wanted: FloatArray
     q: FloatArray
@@ -88,16 +89,17 @@ def play(robot: Robot, scene: Scene, q: FloatArray, dt: float, settings: VerifyS
     world.build(robot, scene, 1.0 / settings.frequency_hz)
     world.place(q[0].tolist())
     drives = Drives(robot.effort.tolist(), settings.position_gain, settings.velocity_gain)
-    wanted, speed = _references(q, dt, settings)
+    wanted = _references(q, dt, settings)
+    speed = np.diff(wanted, axis=0) * settings.frequency_hz
     states: list[list[float]] = []
     torques: list[list[float]] = []
     touching: list[tuple[Contact, ...]] = []
-    for position, velocity in zip(wanted.tolist(), speed.tolist(), strict=True):
+    for position, velocity in zip(wanted[:-1].tolist(), speed.tolist(), strict=True):
         state, torque = world.step(drives, position, velocity)
         states.append(state)
         torques.append(torque)
         touching.append(world.contacts())
-    return Playback(wanted, np.array(states), np.array(torques), tuple(touching))
+    return Playback(wanted[1:], np.array(states), np.array(torques), tuple(touching))
 
 
 def _world_of_thread() -> World:
@@ -107,21 +109,23 @@ def _world_of_thread() -> World:
     return world
 
 
-def _references(q: FloatArray, dt: float, settings: VerifySettings) -> tuple[FloatArray, FloatArray]:
-    """Joint positions and velocities (s,n) that the drives are to have after each step."""
+def _references(q: FloatArray, dt: float, settings: VerifySettings) -> FloatArray:
+    """Joint positions (s+1,n) before the first and after each of s steps."""
     velocity = np.gradient(q, dt, axis=0)
     velocity[[0, -1]] = 0.0
     end = (len(q) - 1) * dt
     path = CubicHermiteSpline(np.arange(len(q)) * dt, q, velocity)
     steps = int(np.ceil((end + settings.hold_s) * settings.frequency_hz))
-    times = np.minimum(np.arange(1, steps + 1) / settings.frequency_hz, end)
-    return path(times), path(times, 1)
+    times = np.minimum(np.arange(steps + 1) / settings.frequency_hz, end)
+    return np.asarray(path(times))
 
 
 def _contact_reason(played: Playback, settings: VerifySettings) -> str:
     for step, touching in enumerate(played.touching, start=1):
         if touching:
-            return f"{touching[0].first} touches {touching[0].second} after {step / settings.frequency_hz:.2f} s"
+            return (
+                f"{touching[0].first} touches {touching[0].second} after {step / settings.frequency_hz:.2f} s"
+            )
     return ""
 
 
@@ -132,5 +136,6 @@ def _tracking_reason(tracking: float, final: float, saturated: float, settings: 
     if not final <= settings.max_final_error_m:
         return f"tool ends {final:.4f} m from its goal, more than {settings.max_final_error_m:g}"
     if saturated > settings.max_saturated_share:
-        return f"joints at their effort limit for {saturated:.3f} of the time, more than {settings.max_saturated_share:g}"
+        limit = settings.max_saturated_share
+        return f"joints at their effort limit for {saturated:.3f} of all steps, more than {limit:g}"
     return ""
