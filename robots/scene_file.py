@@ -62,7 +62,6 @@ class SceneFile(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    description: str = ""
     ground: Finite | None
     margin: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.005
     shapes: tuple[Annotated[Box | Sphere | Round, Field(discriminator="kind")], ...] = ()

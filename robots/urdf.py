@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from plancurate.errors import PlancurateError
-from plancurate.robots.shapes import FloatArray, Shape, transform
+from plancurate.robots.shapes import FloatArray, Shape
+from plancurate.robots.urdf_values import numbers, origin_of, positive
 
 MOVING_TYPES = ("revolute", "continuous", "prismatic")
 
@@ -74,7 +75,7 @@ def _link(file: Path, element: ET.Element) -> Link:
     where = f"{file}: link '{name}'"
     shapes = tuple(_shape(where, collision) for collision in element.findall("collision"))
     mass = element.find("inertial/mass")
-    return Link(name, shapes, None if mass is None else _numbers(where, mass, "value", 1)[0])
+    return Link(name, shapes, None if mass is None else numbers(where, mass, "value", 1)[0])
 
 
 def _shape(where: str, collision: ET.Element) -> Shape:
@@ -82,14 +83,14 @@ def _shape(where: str, collision: ET.Element) -> Shape:
     solids = [] if geometry is None else list(geometry)
     if len(solids) != 1:
         raise PlancurateError(f"{where}: <collision> needs one shape in its <geometry>, found {len(solids)}")
-    solid, pose = solids[0], _origin(where, collision)
+    solid, pose = solids[0], origin_of(where, collision)
     if solid.tag == "box":
-        x, y, z = _positive(where, solid, "size", 3)
+        x, y, z = positive(where, solid, "size", 3)
         return Shape("box", (x / 2, y / 2, z / 2), pose)
     if solid.tag == "sphere":
-        return Shape("sphere", (_positive(where, solid, "radius", 1)[0], 0.0, 0.0), pose)
+        return Shape("sphere", (positive(where, solid, "radius", 1)[0], 0.0, 0.0), pose)
     if solid.tag == "capsule" or solid.tag == "cylinder":
-        (radius,), (length,) = _positive(where, solid, "radius", 1), _positive(where, solid, "length", 1)
+        (radius,), (length,) = positive(where, solid, "radius", 1), positive(where, solid, "length", 1)
         return Shape("capsule" if solid.tag == "capsule" else "cylinder", (radius, length / 2, 0.0), pose)
     raise PlancurateError(
         f"{where}: collision shape <{solid.tag}> is not supported; use box, sphere, capsule or cylinder"
@@ -113,7 +114,7 @@ def _joint(file: Path, element: ET.Element) -> Joint:
         type=kind,
         parent=_end(where, element, "parent"),
         child=_end(where, element, "child"),
-        origin=_origin(where, element),
+        origin=origin_of(where, element),
         axis=_axis(where, element),
         lower=lower,
         upper=upper,
@@ -135,10 +136,10 @@ def _limits(where: str, element: ET.Element, kind: str) -> tuple[float, float, f
         raise PlancurateError(
             f"{where}: <limit> is missing; a {kind} joint needs effort and velocity, others a range too"
         )
-    (velocity,), (effort,) = _positive(where, limit, "velocity", 1), _positive(where, limit, "effort", 1)
+    (velocity,), (effort,) = positive(where, limit, "velocity", 1), positive(where, limit, "effort", 1)
     if kind == "continuous":
         return -math.inf, math.inf, velocity, effort
-    (lower,), (upper,) = _numbers(where, limit, "lower", 1), _numbers(where, limit, "upper", 1)
+    (lower,), (upper,) = numbers(where, limit, "lower", 1), numbers(where, limit, "upper", 1)
     if lower >= upper:
         raise PlancurateError(f"{where}: limit lower={lower:g} must be below upper={upper:g}")
     return lower, upper, velocity, effort
@@ -147,40 +148,9 @@ def _limits(where: str, element: ET.Element, kind: str) -> tuple[float, float, f
 def _axis(where: str, element: ET.Element) -> FloatArray:
     axis = element.find("axis")
     direction = np.array(
-        [1.0, 0.0, 0.0] if axis is None else _numbers(where, axis, "xyz", 3)
+        [1.0, 0.0, 0.0] if axis is None else numbers(where, axis, "xyz", 3)
     )  # the URDF default
     length = float(np.linalg.norm(direction))
     if length == 0.0:
         raise PlancurateError(f"{where}: axis 0 0 0 has no direction; give a unit vector")
     return np.asarray(direction / length, dtype=np.float64)
-
-
-def _origin(where: str, element: ET.Element) -> FloatArray:
-    origin = element.find("origin")
-    if origin is None:
-        return np.eye(4)
-    xyz = _numbers(where, origin, "xyz", 3) if "xyz" in origin.attrib else [0.0] * 3
-    rpy = _numbers(where, origin, "rpy", 3) if "rpy" in origin.attrib else [0.0] * 3
-    return transform(xyz, rpy)
-
-
-def _positive(where: str, element: ET.Element, attribute: str, count: int) -> list[float]:
-    values = _numbers(where, element, attribute, count)
-    if min(values) <= 0.0:
-        raise PlancurateError(
-            f"{where}: {element.tag} {attribute}='{element.get(attribute)}' must be above zero"
-        )
-    return values
-
-
-def _numbers(where: str, element: ET.Element, attribute: str, count: int) -> list[float]:
-    text = element.get(attribute)
-    if text is None:
-        raise PlancurateError(f"{where}: <{element.tag}> has no {attribute}")
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(math.isfinite(value) for value in values):
-        raise PlancurateError(f"{where}: {element.tag} {attribute}='{text}' must be {count} finite number(s)")
-    return values
