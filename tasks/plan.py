@@ -20,20 +20,31 @@ class PlanSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    runs: int = Field(3, gt=0, description="runs of each planner for each target")
-    seed: int = Field(0, ge=0, description="another seed gives other paths")
-    state_checks: int = Field(100_000, gt=0, description="collision checks of states after which a run ends")
-    polls: int = Field(100_000, gt=0, description="questions whether to go on, ditto: some never check")
-    seconds: float = Field(30, gt=0, description="safety net, s; runs that it ends depend on the machine")
-    resolution: float = Field(0.01, gt=0, description="joint step of collision checks along edges, rad")
-    simplify: bool = Field(True, description="shorten and smooth solutions")
-    params: dict[str, dict[str, str]] = Field({}, description="a planner's parameters by OMPL's names")
+    runs: int = Field(default=3, gt=0, description="runs of each planner for each target")
+    seed: int = Field(default=0, ge=0, description="another seed gives other paths")
+    state_checks: int = Field(
+        default=100_000, gt=0, description="collision checks of states after which a run ends"
+    )
+    polls: int = Field(
+        default=100_000, gt=0, description="questions whether to go on, ditto: some never check"
+    )
+    seconds: float = Field(
+        default=30, gt=0, description="safety net, s; runs that it ends depend on the machine"
+    )
+    resolution: float = Field(
+        default=0.01, gt=0, description="joint step of collision checks along edges, rad"
+    )
+    simplify: bool = Field(default=True, description="shorten and smooth solutions")
+    params: dict[str, dict[str, str]] = Field(
+        default={}, description="a planner's parameters by OMPL's names"
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class PlannedPath:
     """A run's outcome; `goal_index` is the target's goal at the path's end, -1 without an exact solution."""
 
+    run: int
     seed: int
     result: native.Result
     goal_index: int
@@ -63,7 +74,7 @@ def plan_candidate(
         )
     except ValueError as error:
         raise PlancurateError(f"planner {planner}: {error}") from None
-    return PlannedPath(seed, result, goal_index(result, target))
+    return PlannedPath(run, seed, result, goal_index(result, target))
 
 
 def require_planners(planners: list[str], settings: PlanSettings) -> None:

@@ -20,10 +20,12 @@ class TargetSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    range_m: float = Field(0.5, gt=0, description="edge of the cube around the home tool position, m")
-    min_distance_m: float = Field(0.1, ge=0, description="least distance to the home tool position, m")
-    seed: int = Field(0, ge=0, description="another seed gives other targets")
-    max_tries: int = Field(200, gt=0, description="positions drawn for a target before giving up")
+    range_m: float = Field(default=0.5, gt=0, description="edge of the cube around the home tool position, m")
+    min_distance_m: float = Field(
+        default=0.1, ge=0, description="least distance to the home tool position, m"
+    )
+    seed: int = Field(default=0, ge=0, description="another seed gives other targets")
+    max_tries: int = Field(default=200, gt=0, description="positions drawn for a target before giving up")
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +63,7 @@ def sample_target(robot: Robot, scene: Scene, settings: TargetSettings, target_i
         if len(goals):
             return Target(target_id, home[:3, 3] + offset, goals)
     raise PlancurateError(
-        f"targets: robot {robot.name} in scene '{scene.name}' can reach none of {settings.max_tries} positions in a "
-        f"cube of range_m={settings.range_m} around home, at least min_distance_m={settings.min_distance_m} away; "
-        "another range, home or scene is needed"
+        f"targets: robot {robot.name} in scene '{scene.name}' reaches none of {settings.max_tries} positions "
+        f"in a cube of range_m={settings.range_m} around home, at least min_distance_m="
+        f"{settings.min_distance_m} away; another range, home or scene is needed"
     )

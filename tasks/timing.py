@@ -33,12 +33,16 @@ class TimingSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    dt: float = Field(0.05, gt=0, description="time between two stored samples, s")
+    dt: float = Field(default=0.05, gt=0, description="time between two stored samples, s")
     limit_share: float = Field(
-        0.95, gt=0, lt=1, description="share of velocity and acceleration limits to use"
+        default=0.95, gt=0, lt=1, description="share of velocity and acceleration limits to use"
     )
-    dense_spacing: float = Field(0.3, gt=0, description="distance between a dense spline's points, rad")
-    resolution: float = Field(0.01, gt=0, description="joint step of collision checks along edges, rad")
+    dense_spacing: float = Field(
+        default=0.3, gt=0, description="distance between a dense spline's points, rad"
+    )
+    resolution: float = Field(
+        default=0.01, gt=0, description="joint step of collision checks along edges, rad"
+    )
 
 
 @dataclass(frozen=True, eq=False)
