@@ -32,17 +32,20 @@ def compact(
     *,
     grace_s: float = GRACE_S,
 ) -> int:
-    """Remove parts merged at least `grace_s` ago, then merge those that are left; returns how many were removed.
+    """Remove parts merged `grace_s` ago or earlier, merge what is left; returns how many were removed.
 
     Called twice with the grace time between, it leaves a single part. Running it at any time, from several
     processes, or killing it changes no query's result.
     """
-    folder = lake.folder(name, partition)
-    removed = _remove_merged(folder, table(name), time.time() - grace_s)
-    parts = sorted(folder.glob(PART_PATTERN))
-    superseded = _superseded(parts, table(name))
-    if len([part for part in parts if part.name not in superseded]) > 1:
-        _merge(folder, parts, table(name), metadata)
+    kind, folder = table(name), lake.folder(name, partition)
+    try:
+        removed = _remove_merged(folder, kind, time.time() - grace_s)
+        parts = sorted(folder.glob(PART_PATTERN))
+        superseded = _superseded(parts, kind)
+        if sum(part.name not in superseded for part in parts) > 1:
+            _merge(folder, parts, kind, metadata)
+    except FileNotFoundError:  # another process compacts the same partition and has got further
+        return 0
     return removed
 
 
@@ -57,8 +60,8 @@ def _merge(folder: Path, parts: list[Path], kind: Table, metadata: Mapping[str, 
 def _rows(parts: list[Path], kind: Table) -> pa.Table:
     """Rows of all parts in order of identity, each once."""
     rows = pa.concat_tables(
-        pq.read_table(part, partitioning=None) for part in parts
-    ).replace_schema_metadata()
+        pq.read_table(part, partitioning=None).replace_schema_metadata() for part in parts
+    )
     by_identity = rows.select(kind.identity).append_column("row", pa.array(range(rows.num_rows)))
     first = by_identity.group_by(list(kind.identity)).aggregate([("row", "min")])
     return rows.take(first.sort_by([(name, "ascending") for name in kind.identity])["row_min"])

@@ -23,15 +23,16 @@ _SAFE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 
 
 def part_path(folder: Path, key: str) -> Path:
-    """Where the part of that key lies; ValueError for a key unfit as a file name."""
+    """Where the part of that key lies; PlancurateError for a key unfit as a file name."""
     return folder / f"part-{safe_name('key', key)}.parquet"
 
 
 def safe_name(what: str, value: str) -> str:
-    """The value itself when it can be a folder or file name everywhere; ValueError otherwise."""
+    """The value itself when it can be a folder or file name everywhere; PlancurateError otherwise."""
     if not _SAFE.fullmatch(value):
-        raise ValueError(
-            f"{what} {value!r} must be letters, digits, _ . + - and begin with one of the first two"
+        raise PlancurateError(
+            f"{what} {value!r} is no name for a folder: use letters, digits, _ . + - and begin with "
+            "a letter or digit"
         )
     return value
 
@@ -106,19 +107,23 @@ def _check_schema(path: Path, table: Table, schema: pa.Schema, version: str | No
             f"{path}: schema version {version}, but this plancurate reads version {SCHEMA_VERSION}; "
             "use another home folder or the release that wrote it"
         )
-    if not schema.equals(table.schema):
-        wrong = next(
-            (n for n in {*schema.names, *table.schema.names} if _field(schema, n) != _field(table.schema, n)),
-            "(order)",
-        )
-        raise PlancurateError(
-            f"{path}: column {wrong} is {_field(schema, wrong)}, the table {table.name} "
-            f"has {_field(table.schema, wrong)}; move the file out of the lake"
-        )
+    for name in (*table.schema.names, *schema.names):
+        if not _same(schema, table.schema, name):
+            raise PlancurateError(
+                f"{path}: column {name} is {_kind(schema, name)}, the table {table.name} has "
+                f"{_kind(table.schema, name)}; move the file out of the lake"
+            )
 
 
-def _field(schema: pa.Schema, name: str) -> str:
-    return str(schema.field(name).type) if name in schema.names else "missing"
+def _same(one: pa.Schema, other: pa.Schema, name: str) -> bool:
+    return name in one.names and name in other.names and bool(one.field(name).equals(other.field(name)))
+
+
+def _kind(schema: pa.Schema, name: str) -> str:
+    if name not in schema.names:
+        return "missing"
+    field = schema.field(name)
+    return f"{field.type}{' (may be null)' if field.nullable else ''}"
 
 
 def _nested_reals(schema: pa.Schema) -> list[str]:

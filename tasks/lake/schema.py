@@ -89,7 +89,8 @@ _EVALUATIONS = _schema(
         "n_kept": _INT, "selection_time_s": _REAL, "train_s": _REAL,
         "test_id": _INT, "kind": _TEXT, "x": _REAL, "y": _REAL, "z": _REAL,
         "success": _BOOL, "settled": _BOOL, "reached": _BOOL, "collided": _BOOL, "out_of_limits": _BOOL,
-        "steps": _INT, "final_distance": _REAL, "path_length": _REAL, "joint_movement": _REAL,
+        "steps": _INT, "final_distance": _REAL, "settled_distance": _REAL, "path_length": _REAL,
+        "joint_movement": _REAL,
     },
     {"budget": _INT, "target_id": _INT, "distance_cm": _INT},
 )  # fmt: skip

@@ -1,0 +1,142 @@
+"""Merging of parts; this file is also the program that readers and writers at work run."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pyarrow as pa
+import pytest
+
+from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.compact import compact
+from plancurate.tasks.lake.schema import table
+
+POOL = {"robot": "h2017", "scene": "free", "pool": "0123"}
+PARTS = 40
+
+
+def rows(first: int, count: int = 2) -> pa.Table:
+    one = {"x": 1.0, "y": 0.0, "z": 0.5, "goals": [[0.1, 0.2]]}
+    ids = range(first, first + count)
+    return pa.Table.from_pylist([{"target_id": i, **one} for i in ids], table("targets").schema)
+
+
+def fill(lake: Lake, first: int, parts: int) -> None:
+    for part in range(first, first + parts):
+        lake.write("targets", POOL, f"{part:03d}", rows(2 * part), {})
+
+
+def files(lake: Lake) -> list[Path]:
+    return sorted(lake.folder("targets", POOL).glob("part-*.parquet"))
+
+
+@pytest.fixture
+def lake(tmp_path: Path) -> Lake:
+    lake = Lake(tmp_path / "lake")
+    fill(lake, 0, 5)
+    return lake
+
+
+def test_rows_and_keys_are_the_same_before_between_and_after(lake: Lake) -> None:
+    before, keys = lake.read("targets", POOL), lake.keys("targets", POOL)
+    for expected_files, expected_removed in ((6, 0), (1, 5), (1, 0)):
+        assert compact(lake, "targets", POOL, {}, grace_s=0) == expected_removed
+        assert len(files(lake)) == expected_files
+        assert lake.read("targets", POOL).equals(before)
+        assert lake.keys("targets", POOL) == keys
+
+
+def test_parts_stay_until_the_grace_time_is_over(lake: Lake) -> None:
+    compact(lake, "targets", POOL, {})
+    assert compact(lake, "targets", POOL, {}) == 0
+    assert len(files(lake)) == 6
+    merged = next(path for path in files(lake) if "~" in path.name)
+    os.utime(merged, (time.time() - 601,) * 2)
+    assert compact(lake, "targets", POOL, {}) == 5
+    assert files(lake) == [merged]
+
+
+def test_a_merged_part_is_not_written_again(lake: Lake) -> None:
+    compact(lake, "targets", POOL, {}, grace_s=0)
+    compact(lake, "targets", POOL, {}, grace_s=0)
+    lake.write("targets", POOL, "003", rows(900), {})
+    assert len(files(lake)) == 1
+    assert 900 not in lake.read("targets", POOL)["target_id"].to_pylist()
+
+
+def test_new_parts_are_merged_with_the_merged_one(lake: Lake) -> None:
+    for _ in range(2):
+        compact(lake, "targets", POOL, {}, grace_s=0)
+    fill(lake, 5, 2)
+    for _ in range(2):
+        compact(lake, "targets", POOL, {}, grace_s=0)
+    assert len(files(lake)) == 1
+    assert lake.read("targets", POOL)["target_id"].to_pylist() == list(range(14))
+    assert lake.keys("targets", POOL) == {f"{part:03d}" for part in range(7)}
+
+
+def test_overlapping_merges_and_a_killed_removal_change_nothing(lake: Lake) -> None:
+    compact(lake, "targets", POOL, {}, grace_s=600)
+    fill(lake, 5, 1)
+    compact(lake, "targets", POOL, {}, grace_s=600)  # a second merged part over the first and its parts
+    assert len(files(lake)) == 8
+    files(lake)[2].unlink()
+    next(path for path in files(lake) if "~" in path.name).unlink()
+    assert lake.read("targets", POOL)["target_id"].to_pylist() == list(range(12))
+
+
+def test_trajectories_keep_their_waypoints(small_lake: Lake) -> None:
+    partition = {"robot": "h2017", "scene": "free", "pool": "0a1b2c", "planner": "RRT"}
+    before = small_lake.read("trajectories", partition)
+    for _ in range(2):
+        compact(small_lake, "trajectories", partition, {"package": "0"}, grace_s=0)
+    assert len(list(small_lake.folder("trajectories", partition).iterdir())) == 1
+    assert small_lake.read("trajectories", partition).equals(before)
+
+
+def read_on(root: str) -> None:
+    """Read until told to stop; every look must show the first rows once each and no row twice."""
+    lake = Lake(Path(root) / "lake")
+    reads = 0
+    while not (Path(root) / "stop").exists():
+        ids = lake.read("targets", POOL)["target_id"].to_pylist()
+        assert ids == list(range(len(ids)))
+        assert len(ids) >= 2 * PARTS
+        reads += 1
+    sys.stdout.write(str(reads))
+
+
+def write_on(root: str) -> None:
+    """Add parts until told to stop."""
+    lake = Lake(Path(root) / "lake")
+    part = PARTS
+    while not (Path(root) / "stop").exists():
+        fill(lake, part, 1)
+        part += 1
+        time.sleep(0.02)
+
+
+def test_readers_at_work_see_every_row_once(tmp_path: Path) -> None:
+    lake = Lake(tmp_path / "lake")
+    fill(lake, 0, PARTS)
+    at_work = [
+        subprocess.Popen([sys.executable, __file__, job, str(tmp_path)], stdout=subprocess.PIPE)
+        for job in ("read", "read", "write")
+    ]
+    removed, end = 0, time.monotonic() + 10
+    while time.monotonic() < end:
+        removed += compact(lake, "targets", POOL, {}, grace_s=0.5)
+        time.sleep(0.05)
+    (tmp_path / "stop").touch()
+    seen = [process.communicate(timeout=30)[0] for process in at_work]
+    assert [process.returncode for process in at_work] == [0, 0, 0]
+    assert removed > 2 * PARTS
+    assert all(int(reads) > 10 for reads in seen[:2])
+
+
+if __name__ == "__main__":
+    {"read": read_on, "write": write_on}[sys.argv[1]](sys.argv[2])
