@@ -10,6 +10,10 @@ class PlancurateError(Exception):
     """A mistake in what was asked, not in the program; the command line prints its one line and exits with 2."""
 
 
+class IncompleteError(RuntimeError):
+    """Task runs failed; what the others made is in the lake, and the same command goes on from there."""
+
+
 class UnknownNameError(PlancurateError):
     """A robot, scene, planner, selector, policy or parameter that is not registered."""
 

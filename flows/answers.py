@@ -1,0 +1,58 @@
+"""Commands that answer questions from the lake."""
+
+from __future__ import annotations
+
+import sys
+from typing import Literal
+
+import pyarrow as pa
+import pyarrow.csv
+from rich.table import Table
+
+from plancurate.flows.console import output
+from plancurate.flows.options import HomeOptions
+from plancurate.flows.show import as_json, as_markdown
+from plancurate.tasks.lake import Lake
+from plancurate.tasks.results import result_rows
+
+
+def report(
+    *, study: str, format: Literal["markdown", "json"] = "markdown", options: HomeOptions = HomeOptions()
+) -> None:
+    """Print a study's result rows: one for each selector, budget, policy and seed."""
+    rows = result_rows(Lake(options.folder().lake), study)
+    write(as_json(rows) if format == "json" else as_markdown([row.report() for row in rows]))
+
+
+def sql(
+    query: str, *, format: Literal["table", "csv", "json"] = "table", options: HomeOptions = HomeOptions()
+) -> None:
+    """Ask the lake: read-only, with the views trajectories, targets, selections, evaluations, studies, waypoints."""
+    rows = Lake(options.folder().lake).sql(query)
+    if format == "table":
+        output.print(as_table(rows))
+    elif format == "csv":
+        pyarrow.csv.write_csv(rows, sys.stdout.buffer)
+    else:
+        write(rows.to_pandas().to_json(orient="records", date_format="iso", indent=1))
+
+
+def as_table(rows: pa.Table) -> Table:
+    """Query result as a table for the terminal."""
+    shown = Table(box=None, pad_edge=False, header_style="bold")
+    for field in rows.schema:
+        number = pa.types.is_integer(field.type) or pa.types.is_floating(field.type)
+        shown.add_column(field.name, justify="right" if number else "left", overflow="fold")
+    for row in rows.to_pylist():
+        shown.add_row(*("" if value is None else text(value) for value in row.values()))
+    return shown
+
+
+def text(value: object) -> str:
+    """Value for the terminal; real numbers to six digits."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def write(answer: str) -> None:
+    """Write to standard output as it is, for programs: no wrapping, no colours."""
+    sys.stdout.write(answer if answer.endswith("\n") else answer + "\n")

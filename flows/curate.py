@@ -1,0 +1,71 @@
+"""Select from the pool with every selector and budget of a study."""
+
+from __future__ import annotations
+
+from prefect import flow, task
+from prefect.cache_policies import NO_CACHE
+
+from plancurate.flows.config import StudyConfig
+from plancurate.flows.fanout import run_all
+from plancurate.flows.home import Home
+from plancurate.flows.progress import Bar, stage
+from plancurate.flows.workplace import Workplace
+from plancurate.tasks import curate as steps
+from plancurate.tasks.pool import Pool, load_pool
+from plancurate.tasks.selectors.base import find_selector
+from plancurate.tasks.selectors.selection import Selection
+
+
+@flow(name="curate", flow_run_name="curate {config.name}")
+def curate(config: StudyConfig, home: str | None = None) -> None:
+    """Select from the study's candidates: one task run for each selector and budget, recorded in the lake."""
+    place = Workplace(config, Home.resolve(home))
+    pool = study_pool(place)
+    wanted = [(name, budget) for name in config.selectors for budget in budgets(name, config)]
+    with stage("curate", len(wanted), "selections") as bar:
+        calls = ((place, pool, name, budget, label(name, budget), bar) for name, budget in wanted)
+        run_all(
+            select_part, calls, in_flight=1
+        )  # side by side they would lengthen each other's selection time
+
+
+@task(
+    name="curate",
+    task_run_name="curate {label}",
+    tags=["curate"],
+    timeout_seconds=3600,
+    cache_policy=NO_CACHE,
+    persist_result=False,
+)
+def select_part(
+    place: Workplace, pool: Pool, selector: str, budget: int | None, label: str, bar: Bar
+) -> None:
+    """Make one selection, or find it in the lake."""
+    steps.curate(place.lake, pool, selector, budget, place.config.selector_seed, metadata=place.metadata)
+    bar.advance()
+
+
+def study_pool(place: Workplace) -> Pool:
+    """Load the study's candidates; raises PlancurateError when there are none."""
+    targets = range(place.config.n_targets)
+    return load_pool(place.lake, place.partition, targets=targets, planners=place.config.planners)
+
+
+def study_selections(place: Workplace, pool: Pool) -> list[Selection]:
+    """Return the study's selections in the order of its selectors and budgets, making those that are missing."""
+    config = place.config
+    return [
+        steps.curate(place.lake, pool, name, budget, config.selector_seed, metadata=place.metadata)
+        for name in config.selectors
+        for budget in budgets(name, config)
+    ]
+
+
+def budgets(selector: str, config: StudyConfig) -> tuple[int | None, ...]:
+    """Return the budgets to run a selector with; None once for one that keeps everything."""
+    return config.budgets if find_selector(selector).budgeted else (None,)
+
+
+def label(selector: str, budget: int | None) -> str:
+    """Name a selection for a person."""
+    return selector if budget is None else f"{selector} k={budget}"

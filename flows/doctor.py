@@ -1,0 +1,95 @@
+"""`plancurate doctor`: check the installation and say what is missing."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import shutil
+import sys
+from collections.abc import Callable
+
+from plancurate.errors import PlancurateError
+from plancurate.flows.console import output
+from plancurate.flows.home import Home
+from plancurate.flows.options import HomeOptions
+from plancurate.flows.server import check_services
+
+MODULES = ("prefect", "mlflow", "duckdb", "pyarrow", "pybullet", "toppra", "torch", "sklearn", "statsmodels")
+FREE_GB = 2.0
+
+
+def doctor(options: HomeOptions = HomeOptions()) -> None:
+    """Check Python, the native core, the libraries, the home folder and configured servers."""
+    home = options.folder()
+    checks: list[tuple[str, Callable[[], str]]] = [
+        ("python", python),
+        ("native core", native_core),
+        *((name, lambda name=name: library(name)) for name in MODULES),
+        ("planning", planning),
+        ("home folder", lambda: folder(home)),
+        ("servers", check_services),
+    ]
+    problems = sum(not passes(name, check) for name, check in checks)
+    if problems:
+        raise PlancurateError(f"{problems} of {len(checks)} checks failed; see above what would be right")
+
+
+def passes(name: str, check: Callable[[], str]) -> bool:
+    """Run one check and print its line."""
+    try:
+        found = check()
+    except Exception as error:  # whatever is broken is what a doctor reports
+        output.print(f"[red]✗[/] {name:<12} {error}", highlight=False)
+        return False
+    output.print(f"[green]✓[/] {name:<12} {found}", highlight=False)
+    return True
+
+
+def python() -> str:
+    """Version of Python."""
+    if sys.version_info < (3, 11):
+        raise RuntimeError(f"Python {sys.version.split()[0]}; 3.11 or newer is needed")
+    return sys.version.split()[0]
+
+
+def native_core() -> str:
+    """Versions and counts of the compiled module."""
+    try:
+        native = importlib.import_module("plancurate.native")
+    except ImportError as error:
+        raise RuntimeError(
+            f"{error}; install libompl-dev (conda: ompl, macOS: brew install ompl), then `make study` or "
+            "`pip install .` again"
+        ) from None
+    return f"OMPL {native.ompl_version()}, {len(native.planners())} planners"
+
+
+def library(name: str) -> str:
+    """Version of a library."""
+    module = importlib.import_module(name)
+    return str(getattr(module, "__version__", "present"))
+
+
+def planning() -> str:
+    """Plan once, for real."""
+    from plancurate.robots import load_robot, load_scene
+    from plancurate.tasks.plan import PlanSettings, plan_candidate
+    from plancurate.tasks.targets import TargetSettings, sample_targets
+
+    robot, scene = load_robot("h2017"), load_scene("free")
+    target = sample_targets(robot, scene, TargetSettings(), 0, 1)[0]
+    result = plan_candidate(robot, scene, target, "RRTConnect", 0, PlanSettings()).result
+    if result.status != "exact":
+        raise RuntimeError(f"RRTConnect found no path: {result.reason}")
+    return f"RRTConnect solved h2017 in {1000 * result.seconds:.1f} ms"
+
+
+def folder(home: Home) -> str:
+    """Whether the home folder can be written and has room."""
+    nearest = next(path for path in (home.root, *home.root.parents) if path.exists())
+    if not os.access(nearest, os.W_OK):
+        raise RuntimeError(f"{home.root}: {nearest} can't be written; choose another with --home")
+    free = shutil.disk_usage(nearest).free / 1e9
+    if free < FREE_GB:
+        raise RuntimeError(f"{home.root}: {free:.1f} GB free, {FREE_GB:.0f} GB would be right")
+    return f"{home.root}, {free:.0f} GB free"

@@ -1,0 +1,66 @@
+"""Commands that run a stage of a study, or all of them."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from importlib import import_module
+
+from plancurate.flows.config import StudyConfig
+from plancurate.flows.console import console, output
+from plancurate.flows.evaluate import study_folder
+from plancurate.flows.home import Home
+from plancurate.flows.options import StudyOptions
+from plancurate.flows.server import prefect_server
+from plancurate.flows.show import matrix
+from plancurate.tasks.lake import Lake
+from plancurate.tasks.results import result_rows, summary_rows
+
+
+def study(options: StudyOptions = StudyOptions()) -> None:
+    """Plan, curate, train, evaluate and report: the whole way, from where an earlier run stopped."""
+    run("study", options)
+    show_results(options.study(), options.folder())
+
+
+def generate(options: StudyOptions = StudyOptions()) -> None:
+    """Fill the lake with candidates: plan, time, play back in PyBullet, store."""
+    run("generate", options)
+
+
+def curate(options: StudyOptions = StudyOptions()) -> None:
+    """Select trajectories from the lake with every selector and budget."""
+    run("curate", options)
+
+
+def train(options: StudyOptions = StudyOptions()) -> None:
+    """Train every policy on every selection."""
+    run("train", options)
+
+
+def evaluate(options: StudyOptions = StudyOptions()) -> None:
+    """Roll every trained policy out on the study's tests."""
+    run("evaluate", options)
+
+
+def run(name: str, options: StudyOptions) -> None:
+    """Run the flow of that name on a Prefect server: the configured one, or one of our own for the time of it."""
+    config, home = options.study(), options.folder()
+    module = f"plancurate.flows.{name}"
+    console.print(f"[bold]{name} {config.name}[/]  [dim]{home.root}[/]", highlight=False)
+    with ExitStack() as stack:
+        with console.status("starting Prefect's server"):
+            stack.enter_context(prefect_server(home, preload=(module,)))
+        getattr(import_module(module), name)(config, str(home.root))
+
+
+def show_results(config: StudyConfig, home: Home) -> None:
+    """Print the table of success rates, the best three selections and where to look next."""
+    lake, folder = Lake(home.lake), study_folder(config)
+    rows, summaries = result_rows(lake, folder), summary_rows(lake, folder)
+    output.print()
+    output.print(matrix(rows, summaries, f"Success in percent, {rows[0].n} tests a cell"))
+    best = ", ".join(f"{row.selector} {100 * row.success_rate:.1f} %" for row in summaries[:3])
+    output.print(f"\nbest three  {best}", highlight=False)
+    output.print(f"reports     {home.reports / config.name}", highlight=False)
+    output.print('the lake    plancurate sql "SELECT * FROM evaluations LIMIT 5"', highlight=False)
+    output.print("pages       make serve  (Prefect and MLflow on 127.0.0.1)", highlight=False)

@@ -1,0 +1,22 @@
+"""The whole way: candidates, selections, policies, tests, results."""
+
+from __future__ import annotations
+
+from prefect import flow
+
+from plancurate.flows.config import StudyConfig
+from plancurate.flows.curate import curate
+from plancurate.flows.evaluate import evaluate
+from plancurate.flows.generate import generate
+from plancurate.flows.publish import publish
+from plancurate.flows.train import train
+
+
+@flow(name="study", flow_run_name="study {config.name}")
+def study(config: StudyConfig, home: str | None = None) -> None:
+    """Plan, curate, train, evaluate and publish; every stage does only what the home folder lacks."""
+    generate(config, home)
+    curate(config, home)
+    train(config, home)
+    evaluate(config, home)
+    publish(config, home)
