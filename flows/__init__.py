@@ -1,1 +1,1 @@
-"""."""
+"""Prefect flows that compose the tasks, their configuration, and the command line."""
