@@ -1,9 +1,18 @@
 -- The steps with the largest joint difference, from the waypoints themselves.
+WITH steps AS (
+    SELECT
+        trajectory_id,
+        step,
+        q,
+        lag(q) OVER (PARTITION BY trajectory_id ORDER BY step) AS previous
+    FROM waypoints
+)
+
 SELECT
     trajectory_id,
     step,
-    list_max([abs(a - b) for a, b in list_zip(q, lag(q) OVER w)]) AS largest_difference
-FROM waypoints
-WINDOW w AS (PARTITION BY trajectory_id ORDER BY step)
-ORDER BY largest_difference DESC NULLS LAST
+    list_max(list_transform(q, lambda angle, joint: abs(angle - previous[joint]))) AS largest_difference
+FROM steps
+WHERE previous IS NOT NULL
+ORDER BY largest_difference DESC
 LIMIT 20;

@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import duckdb
+import pytest
+
+from plancurate.errors import PlancurateError
+from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.catalog import write_catalog
+
+
+def count(catalog: Path, folder: Path) -> int:
+    """Rows of trajectories by a process that works in another folder and knows nothing of plancurate."""
+    program = "import duckdb, sys; print(duckdb.connect(sys.argv[1]).sql('FROM trajectories').shape[0])"
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(catalog)],
+        cwd=folder,
+        env={"PATH": os.environ["PATH"]},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return int(done.stdout)
+
+
+def test_the_catalog_opens_the_lake_from_any_folder(small_lake: Lake, tmp_path: Path) -> None:
+    catalog = write_catalog(small_lake.root)
+    assert catalog == small_lake.root / "catalog.duckdb"
+    assert count(catalog, tmp_path) == count(catalog, Path("/")) == 18
+    assert catalog.stat().st_size < 2**21  # definitions only
+
+
+def test_the_catalog_shows_the_folder_as_it_is_now(small_lake: Lake) -> None:
+    catalog = write_catalog(small_lake.root)
+    shutil.rmtree(
+        small_lake.root / "trajectories" / "robot=h2017" / "scene=free" / "pool=0a1b2c" / "planner=RRT"
+    )
+    with duckdb.connect(str(catalog), read_only=True) as connection:
+        assert connection.sql("FROM trajectories").count("*").fetchall() == [(9,)]
+        assert connection.sql("FROM evaluations").fetchall() == []
+
+
+def test_the_catalog_can_be_attached_beside_other_databases(small_lake: Lake) -> None:
+    catalog = write_catalog(small_lake.root)
+    with duckdb.connect() as connection:
+        connection.execute(f"ATTACH '{catalog}' AS lake (READ_ONLY)")
+        rows = connection.sql(
+            "SELECT joint_movement, lake.joint_movement_of(q) FROM lake.trajectories WHERE solved"
+        )
+        assert all(stored == pytest.approx(again, abs=1e-6) for stored, again in rows.fetchall())
+
+
+def test_an_unchanged_catalog_is_left_alone_and_a_moved_lake_gets_a_new_one(
+    small_lake: Lake, tmp_path: Path
+) -> None:
+    catalog = write_catalog(small_lake.root)
+    before = catalog.stat().st_mtime_ns
+    assert write_catalog(small_lake.root).stat().st_mtime_ns == before
+    moved = small_lake.root.rename(tmp_path / "moved")
+    assert count(write_catalog(moved), Path("/")) == 18
+
+
+def test_a_damaged_catalog_is_replaced(small_lake: Lake) -> None:
+    (small_lake.root / "catalog.duckdb").write_bytes(b"not a database")
+    assert count(write_catalog(small_lake.root), Path("/")) == 18
+    assert not list(small_lake.root.glob(".*.tmp"))
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "SELECT count(*) FROM trajectories",
+        "FROM targets -- a comment",
+        "SELECT 1 AS a;",
+        "DESCRIBE trajectories",
+        "SUMMARIZE targets",
+        "SHOW TABLES",
+        "WITH t AS (SELECT * FROM targets) SELECT max(x) FROM t",
+        "PIVOT trajectories ON planner USING count(*) GROUP BY target_id",
+    ],
+)
+def test_a_user_may_ask_anything(small_lake: Lake, statement: str) -> None:
+    assert small_lake.sql(statement).num_rows > 0
+
+
+def test_a_users_rows_come_in_the_order_asked_for(small_lake: Lake) -> None:
+    rows = small_lake.sql("SELECT target_id, planner, run FROM trajectories ORDER BY run DESC, target_id")
+    assert rows["run"].to_pylist() == sorted(rows["run"].to_pylist(), reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("statement", "message"),
+    [
+        ("SELEC 1", "syntax error"),
+        ("SELECT nothing FROM targets", "nothing"),
+        ("", "exactly one SELECT"),
+        ("SELECT 1; SELECT 2", "exactly one SELECT"),
+        ("CREATE TABLE t (a INT)", "exactly one SELECT"),
+        ("COPY (SELECT 1) TO '{lake}/x.csv'", "exactly one SELECT"),
+        ("EXPLAIN ANALYZE COPY (SELECT 1) TO '{lake}/x.csv'", "exactly one SELECT"),
+        ("EXPORT DATABASE '{lake}/x'", "exactly one SELECT"),
+        ("SET enable_external_access = true", "exactly one SELECT"),
+        ("ATTACH '{lake}/x.duckdb'", "exactly one SELECT"),
+        ("INSTALL httpfs", "exactly one SELECT"),
+        ("WITH x AS (COPY (SELECT 1) TO '{lake}/x.csv') SELECT 1", "top level"),
+        ("WITH y AS (WITH x AS (COPY (SELECT 1) TO '{lake}/x.csv') FROM x) FROM y", "top level"),
+        ("SELECT 1) UNION ALL (WITH x AS (COPY (SELECT 1) TO '{lake}/x.csv') SELECT 1", "syntax error"),
+        ("FROM read_text('/etc/passwd')", "Permission"),
+        ("FROM read_text('{lake}/../secret')", "Permission"),
+        ("FROM glob('/etc/*')", "Permission"),
+        ("FROM 'https://localhost/x.parquet'", "."),
+    ],
+)
+def test_a_user_can_neither_write_nor_leave_the_lake(small_lake: Lake, statement: str, message: str) -> None:
+    (small_lake.root.parent / "secret").write_text("secret")
+    before = sorted(small_lake.root.rglob("*"))
+    with pytest.raises(PlancurateError, match=message) as caught:
+        small_lake.sql(statement.format(lake=small_lake.root))
+    assert "\n" not in str(caught.value)
+    assert sorted(small_lake.root.rglob("*")) == before
