@@ -43,7 +43,7 @@ struct Cylinder {
         const Point v = p - centre;
         const Floats along_x = dot(v, x), along_y = dot(v, y);
         const Floats off_axis = sqrt(along_x * along_x + along_y * along_y);
-        const Floats pull = select(off_axis > radius, radius / off_axis, splat<Floats>(1));
+        const Floats pull = select(off_axis > radius, radius / off_axis, splat<float>(1));
         return x * (along_x * pull) + y * (along_y * pull) + z * clamp(dot(v, z), half) + centre;
     }
     Floats reach(const Point& d) const {

@@ -12,8 +12,7 @@ namespace plancurate {
 // The same transform in every lane.
 template <class Real>
 Transform<Lanes<Real>> spread(const Transform<Real>& f) {
-    using L = Lanes<Real>;
-    const auto all = [](const Vec3<Real>& v) { return Vec3<L>{splat<L>(v.x), splat<L>(v.y), splat<L>(v.z)}; };
+    const auto all = [](const Vec3<Real>& v) { return Vec3<Lanes<Real>>{splat(v.x), splat(v.y), splat(v.z)}; };
     return {all(f.x), all(f.y), all(f.z), all(f.t)};
 }
 

@@ -33,16 +33,16 @@ using Doubles = Lanes<double>;
 typedef std::int32_t Mask __attribute__((vector_size(kLanes * sizeof(std::int32_t))));   // -1 true, 0 false
 typedef std::int64_t Longs __attribute__((vector_size(kLanes * sizeof(std::int64_t))));
 
-template <class L>
-L splat(double value) {
-    return L{} + static_cast<std::remove_reference_t<decltype(L{}[0])>>(value);
+template <class Real>
+Lanes<Real> splat(Real value) {
+    return Lanes<Real>{} + value;
 }
 
 inline Floats select(Mask chosen, Floats yes, Floats no) { return chosen ? yes : no; }
 inline Floats min(Floats a, Floats b) { return a < b ? a : b; }
 inline Floats max(Floats a, Floats b) { return a > b ? a : b; }
 inline Floats abs(Floats a) { return a < 0.0f ? -a : a; }
-inline Floats clamp(Floats a, float limit) { return min(max(a, splat<Floats>(-limit)), splat<Floats>(limit)); }
+inline Floats clamp(Floats a, float limit) { return min(max(a, splat<float>(-limit)), splat<float>(limit)); }
 
 inline Floats sqrt(Floats a) {
     Floats root;

@@ -1,7 +1,7 @@
 """Compiled core: kinematics, collision checking and planning. Arrays are float64 and C-contiguous.
 
-n joints, b states. The interpreter lock is released while the functions compute; Robot and Scene never change, so
-threads may share them. Wrong shapes, kinds, indices and non-finite numbers raise ValueError.
+n joints, b states. The interpreter lock is released while the functions compute; Robot and Scene never change,
+so threads may share them. Wrong shapes, kinds, indices and non-finite numbers raise ValueError.
 """
 
 import numpy as np
@@ -42,8 +42,8 @@ class Robot:
             shape_kinds: (m,) 0 sphere, 1 capsule, 2 cylinder, 3 box.
             shape_frames: (m,) 0 the base, i + 1 the frame that moves with joint i.
             shape_poses: (m, 4, 4) poses in those frames; capsules and cylinders lie along z.
-            shape_sizes: (m, 3), m: sphere (r, 0, 0); capsule and cylinder (r, half length, 0), a capsule's without
-                its caps; box half extents.
+            shape_sizes: (m, 3), m: sphere (r, 0, 0); capsule and cylinder (r, half length, 0), a capsule's
+                without its caps; box half extents.
             pairs: (p, 2) indices of shapes checked against each other.
             scene_shapes: (k,) indices of shapes checked against the scene.
         """
@@ -86,7 +86,8 @@ def is_free(robot: Robot, scene: Scene, q: FloatArray) -> BoolArray:
 def edge_is_free(robot: Robot, scene: Scene, q0: FloatArray, q1: FloatArray, resolution: float) -> BoolArray:
     """Return which straight edges from q0 to q1 (b, n) are free (b,).
 
-    Looks at (1 - t) q0 + t q1 for t = i / k, i = 0..k, with k = ceil(max |q1 - q0| / resolution); resolution in rad.
+    Looks at (1 - t) q0 + t q1 for t = i / k, i = 0..k, with k = ceil(max |q1 - q0| / resolution). The resolution
+    is in rad (m for prismatic joints) and at least 1e-6.
     """
 
 def clearance(robot: Robot, scene: Scene, q: FloatArray) -> FloatArray:

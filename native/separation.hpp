@@ -16,9 +16,9 @@ constexpr int kMaxSteps = 200;  // 2 or 3 do for most pairs; few lanes ever see 
 template <class T, class S>
 Point first_point(const Segment<T>& a, const Segment<S>& b) {
     const auto between = a.centre - b.centre;
-    const Floats cosine = splat<Floats>(0) + dot(a.z, b.z);
+    const Floats cosine = splat<float>(0) + dot(a.z, b.z);
     const Floats along_a = dot(a.z, between), along_b = dot(b.z, between);
-    const Floats sine2 = max(1.0f - cosine * cosine, splat<Floats>(1e-6));
+    const Floats sine2 = max(1.0f - cosine * cosine, splat<float>(1e-6));
     const Floats on_a = clamp((cosine * along_b - along_a) / sine2, a.half);
     return b.nearest(a.z * on_a + a.centre);
 }
@@ -35,7 +35,7 @@ void separate(const A& a, const B& b, Judge& judge) {
     Point on_b = first_point(a, b);
     Point on_a = a.nearest(on_b);
     Point from = on_a;
-    Floats age = splat<Floats>(0);
+    Floats age = splat<float>(0);
     for (int step = 0; step < kMaxSteps; ++step) {
         const Point d = on_a - on_b;
         judge.look(dot(d, d), dot(d, between) - a.reach(d) - b.reach(d));
@@ -46,7 +46,7 @@ void separate(const A& a, const B& b, Judge& judge) {
         from = on_a;
         on_b = b.nearest(ahead);
         on_a = a.nearest(on_b);
-        age = select(dot(ahead - on_a, on_a - from) > 0.0f, splat<Floats>(0), age);
+        age = select(dot(ahead - on_a, on_a - from) > 0.0f, splat<float>(0), age);
     }
 }
 
