@@ -1,7 +1,7 @@
 """Compiled core: kinematics, collision checking and planning. Arrays are float64 and C-contiguous.
 
-n joints, b states. The interpreter lock is released while the functions compute; Robot and Scene never change,
-so threads may share them. Wrong shapes, kinds, indices and non-finite numbers raise ValueError.
+n joints, b states. The interpreter lock is released while the functions compute; Robot and Scene never
+change, so threads may share them. Wrong shapes, kinds, indices and non-finite numbers raise ValueError.
 """
 
 import numpy as np
@@ -86,8 +86,8 @@ def is_free(robot: Robot, scene: Scene, q: FloatArray) -> BoolArray:
 def edge_is_free(robot: Robot, scene: Scene, q0: FloatArray, q1: FloatArray, resolution: float) -> BoolArray:
     """Return which straight edges from q0 to q1 (b, n) are free (b,).
 
-    Looks at (1 - t) q0 + t q1 for t = i / k, i = 0..k, with k = ceil(max |q1 - q0| / resolution). The resolution
-    is in rad (m for prismatic joints) and at least 1e-6.
+    Looks at (1 - t) q0 + t q1 for t = i / k, i = 0..k, with k = ceil(max |q1 - q0| / resolution).
+    The resolution is in rad (m for prismatic joints) and at least 1e-6.
     """
 
 def clearance(robot: Robot, scene: Scene, q: FloatArray) -> FloatArray:
