@@ -1,9 +1,9 @@
 """Run a service that ends by itself when nobody uses it any more.
 
 `python -m plancurate.flows.guard USERS [--own FILE --url URL] -- MODULE ARGUMENTS...` runs a Python module as
-`python -m` would. Users hold a shared lock on the file USERS; the kernel drops it however a user ends, `kill -9`
-included. When the last one is gone, the service's process group is asked to stop, then made to. With `--own`,
-FILE is locked for as long as the service lives and says its process id and URL.
+`python -m` would. Users hold a shared lock on the file USERS, which the kernel drops however a user ends,
+`kill -9` included. When the last one is gone, the service's process group is asked to stop, then made to.
+With `--own`, FILE is locked for as long as the service lives and says its process id and URL.
 """
 
 from __future__ import annotations
@@ -32,6 +32,9 @@ def main(argv: Sequence[str]) -> None:
     parser.add_argument("--url", default="")
     parser.add_argument("command", nargs="+")
     asked = parser.parse_args(argv)
+    signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # ignored where a shell started us in the background
     threading.Thread(target=_stop_without_users, args=(asked.users,), daemon=True).start()
     claim = _claim(asked.own, asked.url) if asked.own else None
     sys.argv = asked.command

@@ -7,6 +7,7 @@ there is nothing that a user could open later. So a run without a configured API
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import http.client
 import importlib
@@ -32,7 +33,7 @@ START_TIMEOUT_S = 120.0
 STOP_TIMEOUT_S = 30.0
 
 SERVER_DEFAULTS = {
-    # One row a message keeps up with about 20 task runs a second; in batches it keeps up with the thread runner.
+    # One row a message keeps up with about 20 task runs a second; in batches with any thread runner.
     "PREFECT_SERVER_SERVICES_TASK_RUN_RECORDER_BATCH_SIZE": "200",
     "PREFECT_SERVER_SERVICES_TASK_RUN_RECORDER_READ_BATCH_SIZE": "200",
     "PREFECT_SERVER_SERVICES_TASK_RUN_RECORDER_FLUSH_INTERVAL": "1",
@@ -46,18 +47,18 @@ SERVER_DEFAULTS = {
 
 CLIENT_DEFAULTS = {
     "DO_NOT_TRACK": "1",
-    "PREFECT_LOGGING_HANDLERS_CONSOLE_LEVEL": "CRITICAL",  # run logs go to the API; the terminal is the command's
+    "PREFECT_LOGGING_HANDLERS_CONSOLE_LEVEL": "CRITICAL",  # run logs go to the API, not to the terminal
     "PREFECT_LOGGING_EXTRA_LOGGERS": "plancurate",
     "PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW": "ignore",
 }
 
 
 @contextmanager
-def prefect_server(home: Home, *, port: int = 0, preload: Sequence[str] = ()) -> Iterator[str]:
+def prefect_server(home: Home, port: int = 0, preload: Sequence[str] = ()) -> Iterator[str]:
     """Prefect's API URL, set for this process and its children while the context lasts.
 
-    A configured `PREFECT_API_URL` (environment or profile) is used as it is. Otherwise the home's own server is
-    joined or started on `port` (0: any free one). `preload` names modules to import while it starts.
+    A configured `PREFECT_API_URL` (environment or profile) is used as it is. Otherwise the home's own server
+    is joined or started on `port` (0: any free one). `preload` names modules to import while it starts.
     Raises PlancurateError where the configured API does not answer or the server does not start.
     """
     with _environment(CLIENT_DEFAULTS):
@@ -67,17 +68,20 @@ def prefect_server(home: Home, *, port: int = 0, preload: Sequence[str] = ()) ->
             return
         from prefect.settings import temporary_settings
 
-        with _own_server(home, port, preload) as url, _environment(_client_settings(home, url)):
-            # Heartbeats let a server find the crashed runs of its workers; each costs its flow a second at the end.
-            with temporary_settings({"flows.heartbeat_frequency": None}):
-                try:
-                    yield url
-                finally:
-                    _flush_events()
+        with (
+            _own_server(home, port, preload) as url,
+            _environment(_client_settings(home, url)),
+            # Heartbeats show a server which runs of its workers crashed; each costs its flow up to a second.
+            temporary_settings({"flows.heartbeat_frequency": None}),
+        ):
+            try:
+                yield url
+            finally:
+                _flush_events()
 
 
 def wait_until_recorded(flow_run_id: UUID, expected: int, timeout: float = 60.0) -> int:
-    """Wait until the API lists `expected` finished task runs of a flow run; return how many it lists in the end.
+    """Wait until the API lists `expected` finished task runs of a flow run; return how many it lists at last.
 
     The client sends task states as events, which the server records in batches some time later.
     """
@@ -173,7 +177,7 @@ def _lock(file: IO[str], kind: int, timeout: float) -> None:
         except BlockingIOError:
             if time.monotonic() > deadline:
                 raise PlancurateError(
-                    f"{file.name}: still locked after {timeout:.0f} s; another run on this home hangs, end it first"
+                    f"{file.name}: locked for {timeout:.0f} s; another run on this home hangs, end it first"
                 ) from None
             time.sleep(0.05)
         else:
@@ -189,13 +193,32 @@ def _join_or_start(home: Home, port: int, preload: Sequence[str]) -> tuple[int, 
             importlib.import_module(module)
         deadline = time.monotonic() + START_TIMEOUT_S
         while time.monotonic() < deadline:
-            if (server := _serving(home)) and _healthy(server[1]):
+            if (server := _serving(home)) and healthy(server[1]):
+                if process is not None:
+                    _crash_dead_runs(server[1])
                 return server
             if process is not None and process.poll() is not None:
                 break
             time.sleep(0.05)
     log = home.prefect / "server.log"
-    raise PlancurateError(f"{log}: the Prefect server did not start; its last words: {_last_line(log)}")
+    raise PlancurateError(f"{log}: the Prefect server did not start; its last words: {last_line(log)}")
+
+
+def _crash_dead_runs(url: str) -> None:
+    """Say of runs that an earlier server left as running that they are not: they ended with their processes.
+
+    Left as they are, they would occupy the slots of their deployments for good.
+    """
+    from prefect.client.orchestration import SyncPrefectClient
+
+    state = {"type": "CRASHED", "message": "Its process ended without saying so."}
+    with SyncPrefectClient(url) as client:
+        for kind in ("flow_runs", "task_runs"):
+            unfinished = {kind: {"state": {"type": {"any_": ["RUNNING", "PENDING", "CANCELLING"]}}}}
+            while runs := client.request("POST", f"/{kind}/filter", json=unfinished).json():
+                for run in runs:
+                    change = {"state": state, "force": kind == "task_runs"}
+                    client.request("POST", f"/{kind}/{run['id']}/set_state", json=change)
 
 
 def _serving(home: Home) -> tuple[int, str] | None:
@@ -217,7 +240,7 @@ _started: list[subprocess.Popen[bytes]] = []  # kept: a server may outlive the r
 
 
 def _spawn_server(home: Home, port: int) -> subprocess.Popen[bytes]:
-    port = _free_port(port)
+    port = free_port(port)
     url = f"http://{HOST}:{port}/api"
     database = f"sqlite+aiosqlite:///{home.prefect / 'prefect.db'}"
     environment = {
@@ -247,7 +270,7 @@ def _spawn_server(home: Home, port: int) -> subprocess.Popen[bytes]:
 def spawn_guarded(
     home: Home, command: Sequence[str], log: Path, environment: Mapping[str, str], options: Sequence[str] = ()
 ) -> subprocess.Popen[bytes]:
-    """Start a Python module as a service that ends with the last user of the home; its output goes to `log`."""
+    """Start a Python module as a service that ends with the home's last user; its output goes to `log`."""
     guard = [sys.executable, "-m", "plancurate.flows.guard", str(home.prefect / "users.lock"), *options, "--"]
     with log.open("wb") as output:
         process = subprocess.Popen(
@@ -255,7 +278,6 @@ def spawn_guarded(
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=subprocess.STDOUT,
-            cwd=home.prefect,
             env=dict(environment),
             start_new_session=True,
         )
@@ -263,7 +285,7 @@ def spawn_guarded(
     return process
 
 
-def _free_port(wanted: int) -> int:
+def free_port(wanted: int) -> int:
     """The wanted port when nobody listens there, otherwise any free one."""
     for port in (wanted, 0):
         with socket.socket() as probe:
@@ -273,10 +295,11 @@ def _free_port(wanted: int) -> int:
             except OSError:
                 continue
             return int(probe.getsockname()[1])
-    raise PlancurateError(f"{HOST}: no free port for the Prefect server")
+    raise PlancurateError(f"{HOST}: no free port")
 
 
-def _healthy(url: str) -> bool:
+def healthy(url: str) -> bool:
+    """Whether the service at `url` says so at its path /health; asked directly, past any proxy."""
     where = urllib.parse.urlsplit(url)
     connection = http.client.HTTPConnection(where.hostname or HOST, where.port, timeout=2.0)
     try:
@@ -304,6 +327,19 @@ def _leave(home: Home, users: IO[str], pid: int) -> None:
         process.poll()
 
 
+def stop(process: subprocess.Popen[bytes]) -> None:
+    """End a service with everything it started: politely, and after a while by force."""
+    deadline = time.monotonic() + STOP_TIMEOUT_S
+    with contextlib.suppress(ProcessLookupError):  # the group is empty
+        os.killpg(process.pid, signal.SIGTERM)
+        while time.monotonic() < deadline:
+            process.poll()
+            os.killpg(process.pid, 0)
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
 def _flush_events() -> None:
     """Send what Prefect's background threads still hold, and end them: they are bound to this server."""
     from prefect.events.worker import EventsWorker
@@ -313,6 +349,7 @@ def _flush_events() -> None:
     APILogWorker.drain_all()
 
 
-def _last_line(log: Path) -> str:
+def last_line(log: Path) -> str:
+    """The last thing that a service said, for an error message."""
     lines = log.read_text(errors="replace").split("\n") if log.exists() else []
     return next((line.strip() for line in reversed(lines) if line.strip()), "none")
