@@ -46,16 +46,39 @@ private:
     const ob::RealVectorStateSpace* joints_;
 };
 
+// Uniform in the limits, but for a share of samples around the goals. Without these a goal behind an obstacle is
+// rarely found by trees that grow from the start alone and by small roadmaps: they try the straight way to it, and
+// otherwise wait for a sample of the whole space to fall near it.
+class JointSampler : public ob::RealVectorStateSampler {
+public:
+    JointSampler(const ob::StateSpace* space, const std::vector<Configuration>& goals)
+        : ob::RealVectorStateSampler(space), goals_(goals) {}
+
+    void sampleUniform(ob::State* state) override {
+        constexpr double share = 0.1, radius = 1;  // radius: rad, joint by joint
+        if (rng_.uniform01() >= share) return ob::RealVectorStateSampler::sampleUniform(state);
+        const Configuration& goal = goals_[rng_.uniformInt(0, static_cast<int>(goals_.size()) - 1)];
+        const double reach = radius * rng_.uniform01();
+        const ob::RealVectorBounds& limits = space_->as<ob::RealVectorStateSpace>()->getBounds();
+        for (std::size_t i = 0; i < goal.size(); ++i)
+            values(state)[i] = rng_.uniformReal(std::max(limits.low[i], goal[i] - reach),
+                                                std::min(limits.high[i], goal[i] + reach));
+    }
+
+private:
+    const std::vector<Configuration>& goals_;
+};
+
 class JointSpace : public ob::RealVectorStateSpace {
 public:
-    JointSpace(const Robot& robot, SeedSequence& seeds) : ob::RealVectorStateSpace(robot.dof) {
-        ob::RealVectorBounds limits(robot.dof);
-        limits.low = robot.lower;
-        limits.high = robot.upper;
+    JointSpace(const Query& query, SeedSequence& seeds) : ob::RealVectorStateSpace(query.robot.dof) {
+        ob::RealVectorBounds limits(query.robot.dof);
+        limits.low = query.robot.lower;
+        limits.high = query.robot.upper;
         setBounds(limits);
-        setStateSamplerAllocator([&seeds](const ob::StateSpace* space) -> ob::StateSamplerPtr {
+        setStateSamplerAllocator([&query, &seeds](const ob::StateSpace* space) -> ob::StateSamplerPtr {
             const SeededSection seeded(seeds);
-            return std::make_shared<ob::RealVectorStateSampler>(space);
+            return std::make_shared<JointSampler>(space, query.goals);
         });
     }
 
@@ -174,11 +197,10 @@ std::vector<std::size_t> shuffled(std::size_t count, SeedSequence& seeds) {
 }
 
 ob::SpaceInformationPtr make_space(const Query& query, SeedSequence& seeds, Meter& meter) {
-    auto space = std::make_shared<JointSpace>(query.robot, seeds);
+    auto space = std::make_shared<JointSpace>(query, seeds);
     auto si = std::make_shared<ob::SpaceInformation>(space);
     si->setStateValidityChecker(std::make_shared<StateChecker>(si, query, meter));
     si->setMotionValidator(std::make_shared<EdgeChecker>(si, query, meter));
-    si->setStateValidityCheckingResolution(std::min(1.0, query.resolution / space->getMaximumExtent()));
     si->setup();
     return si;
 }

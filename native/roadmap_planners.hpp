@@ -40,16 +40,25 @@ private:
     bool query(ob::PathPtr& path);
 };
 
-// Base: og::LazyPRM or og::LazyPRMstar. OMPL's take a single goal; this one knows them all.
+// Base: og::LazyPRM or og::LazyPRMstar. OMPL's take a single goal; this one finds the best of all goals.
 template <class Base>
 class LazyRoadmap : public Base {
+    using Vertex = typename Base::Vertex;
+
 public:
     explicit LazyRoadmap(const ob::SpaceInformationPtr& si) : Base(si) {
-        this->nn_ = std::make_shared<StableNearest<typename Base::Vertex>>();
+        this->nn_ = std::make_shared<StableNearest<Vertex>>();
         this->nn_->setDistanceFunction([this](auto a, auto b) { return this->distanceFunction(a, b); });
     }
 
     ob::PlannerStatus solve(const ob::PlannerTerminationCondition& ptc) override;
+
+private:
+    bool grow(ob::State* work, const ob::PlannerTerminationCondition& ptc);
+    bool query(const ob::PlannerTerminationCondition& ptc);
+    ob::PathPtr shortest_path(Vertex goal, const ob::PlannerTerminationCondition& ptc);
+
+    ob::PathPtr best_;
 };
 
 class SPARS : public og::SPARS {

@@ -19,76 +19,82 @@
 
 namespace plancurate {
 
+namespace ob = ompl::base;
 namespace og = ompl::geometric;
 
 struct RRT : og::RRT {
-    explicit RRT(const ompl::base::SpaceInformationPtr& si) : og::RRT(si) {
-        nn_ = std::make_shared<StableNearest<Motion*>>();
-    }
+    explicit RRT(const ob::SpaceInformationPtr& si) : og::RRT(si) { nn_ = std::make_shared<StableNearest<Motion*>>(); }
 };
 
 struct RRTstar : og::RRTstar {
-    explicit RRTstar(const ompl::base::SpaceInformationPtr& si) : og::RRTstar(si) {
+    explicit RRTstar(const ob::SpaceInformationPtr& si) : og::RRTstar(si) {
         nn_ = std::make_shared<StableNearest<Motion*>>();
-    }
-};
-
-struct RRTConnect : og::RRTConnect {
-    explicit RRTConnect(const ompl::base::SpaceInformationPtr& si) : og::RRTConnect(si) {
-        tStart_ = std::make_shared<StableNearest<Motion*>>();
-        tGoal_ = std::make_shared<StableNearest<Motion*>>();
     }
 };
 
 struct TRRT : og::TRRT {
-    explicit TRRT(const ompl::base::SpaceInformationPtr& si) : og::TRRT(si) {
+    explicit TRRT(const ob::SpaceInformationPtr& si) : og::TRRT(si) {
         nearestNeighbors_ = std::make_shared<StableNearest<Motion*>>();
     }
 };
 
-struct BiTRRT : og::BiTRRT {
-    explicit BiTRRT(const ompl::base::SpaceInformationPtr& si) : og::BiTRRT(si) {
+struct LBTRRT : og::LBTRRT {
+    explicit LBTRRT(const ob::SpaceInformationPtr& si) : og::LBTRRT(si) {
+        nn_ = std::make_shared<StableNearest<Motion*>>();
+    }
+
+    // OMPL's runs to the end of its budget even when its path can't be shorter.
+    ob::PlannerStatus solve(const ob::PlannerTerminationCondition& ptc) override {
+        const double threshold = pdef_->getOptimizationObjective()->getCostThreshold().value();
+        return og::LBTRRT::solve(
+            ob::PlannerTerminationCondition([this, &ptc, threshold] { return ptc() || bestCost_ < threshold; }));
+    }
+};
+
+struct RRTConnect : og::RRTConnect {
+    explicit RRTConnect(const ob::SpaceInformationPtr& si) : og::RRTConnect(si) {
         tStart_ = std::make_shared<StableNearest<Motion*>>();
         tGoal_ = std::make_shared<StableNearest<Motion*>>();
     }
 };
 
-struct LBTRRT : og::LBTRRT {
-    explicit LBTRRT(const ompl::base::SpaceInformationPtr& si) : og::LBTRRT(si) {
-        nn_ = std::make_shared<StableNearest<Motion*>>();
-    }
-
-    // OMPL's runs to the end of its budget even when its path can't be shorter.
-    ompl::base::PlannerStatus solve(const ompl::base::PlannerTerminationCondition& ptc) override {
-        const double threshold = pdef_->getOptimizationObjective()->getCostThreshold().value();
-        return og::LBTRRT::solve(ompl::base::PlannerTerminationCondition(
-            [this, &ptc, threshold] { return ptc() || bestCost_ < threshold; }));
+struct BiTRRT : og::BiTRRT {
+    explicit BiTRRT(const ob::SpaceInformationPtr& si) : og::BiTRRT(si) {
+        tStart_ = std::make_shared<StableNearest<Motion*>>();
+        tGoal_ = std::make_shared<StableNearest<Motion*>>();
     }
 };
 
 struct EST : og::EST {
-    explicit EST(const ompl::base::SpaceInformationPtr& si) : og::EST(si) {
+    explicit EST(const ob::SpaceInformationPtr& si) : og::EST(si) {
         nn_ = std::make_shared<StableNearest<Motion*>>();
     }
 };
 
 struct BiEST : og::BiEST {
-    explicit BiEST(const ompl::base::SpaceInformationPtr& si) : og::BiEST(si) {
+    explicit BiEST(const ob::SpaceInformationPtr& si) : og::BiEST(si) {
         nnStart_ = std::make_shared<StableNearest<Motion*>>();
         nnGoal_ = std::make_shared<StableNearest<Motion*>>();
     }
 };
 
 struct FMT : og::FMT {
-    explicit FMT(const ompl::base::SpaceInformationPtr& si) : og::FMT(si) {
+    explicit FMT(const ob::SpaceInformationPtr& si) : og::FMT(si) {
         nn_ = std::make_shared<StableNearest<Motion*>>();
     }
+
+    ob::PlannerStatus solve(const ob::PlannerTerminationCondition& ptc) override;
 };
 
 struct BFMT : og::BFMT {
-    explicit BFMT(const ompl::base::SpaceInformationPtr& si) : og::BFMT(si) {
+    explicit BFMT(const ob::SpaceInformationPtr& si) : og::BFMT(si) {
         nn_ = std::make_shared<StableNearest<BiDirMotion*>>();
+        precomputeNN_ = true;  // without it OMPL's 1.5 looks into neighbourhoods that were never found
     }
+
+    // OMPL's goes wrong with more than one goal. This one takes them in turn, and where all have failed it starts
+    // again with twice the samples.
+    ob::PlannerStatus solve(const ob::PlannerTerminationCondition& ptc) override;
 };
 
 }  // namespace plancurate

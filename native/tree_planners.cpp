@@ -1,0 +1,51 @@
+#include "tree_planners.hpp"
+
+#include <cmath>
+#include <string>
+
+#include <ompl/base/goals/GoalStates.h>
+#include <ompl/util/Exception.h>
+
+namespace plancurate {
+
+namespace {
+
+// OMPL's FMT takes the last of a state's neighbours without asking whether there is one.
+void require_neighbours(bool nearest_k, bool extended, double multiplier, unsigned samples, double dimension) {
+    if (extended && !nearest_k) throw ompl::Exception("use_k_nearest 0 needs extended_fmt 0");
+    const double k = std::pow(2 * multiplier, dimension) * std::exp(1.0) / dimension * std::log(samples);
+    if (nearest_k && k <= 1) throw ompl::Exception("radius_multiplier or num_samples is too small to give neighbours");
+}
+
+ob::ProblemDefinitionPtr with_one_goal(const ob::ProblemDefinition& problem, const ob::State* goal) {
+    const auto one = std::make_shared<ob::ProblemDefinition>(problem.getSpaceInformation());
+    one->addStartState(problem.getStartState(0));
+    one->setGoalState(goal);
+    one->setOptimizationObjective(problem.getOptimizationObjective());
+    return one;
+}
+
+}  // namespace
+
+ob::PlannerStatus FMT::solve(const ob::PlannerTerminationCondition& ptc) {
+    require_neighbours(nearestK_, extendedFMT_, radiusMultiplier_, numSamples_, si_->getStateDimension());
+    return og::FMT::solve(ptc);
+}
+
+ob::PlannerStatus BFMT::solve(const ob::PlannerTerminationCondition& ptc) {
+    require_neighbours(nearestK_, extendedFMT_, radiusMultiplier_, numSamples_, si_->getStateDimension());
+    const ob::ProblemDefinitionPtr whole = pdef_;
+    const auto& goals = *whole->getGoal()->as<ob::GoalStates>();
+    for (std::size_t i = 0; !ptc(); ++i) {
+        if (i > 0 && i % goals.getStateCount() == 0) numSamples_ *= 2;
+        clear();
+        setProblemDefinition(with_one_goal(*whole, goals.getState(i % goals.getStateCount())));
+        og::BFMT::solve(ptc);
+        if (!pdef_->hasExactSolution()) continue;
+        whole->addSolutionPath(pdef_->getSolutionPath(), false, 0.0, getName());
+        return ob::PlannerStatus::EXACT_SOLUTION;
+    }
+    return ob::PlannerStatus::TIMEOUT;
+}
+
+}  // namespace plancurate
