@@ -30,7 +30,7 @@ def planning_columns(planned: PlannedPath) -> Columns:
         "termination": result.termination,
         "state_checks": result.state_checks,
         "motion_checks": result.motion_checks,
-        "goal_index": planned.goal_index,
+        "goal_index": result.goal_index,
         "n_path_waypoints": len(result.path),
         "plan_s": result.seconds,
     }

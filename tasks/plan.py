@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from plancurate import native
@@ -26,7 +25,7 @@ class PlanSettings(BaseModel):
         default=100_000, gt=0, description="collision checks of states after which a run ends"
     )
     polls: int = Field(
-        default=100_000, gt=0, description="questions whether to go on, ditto: some never check"
+        default=20_000, gt=0, description="questions whether to go on, ditto: some never check"
     )
     seconds: float = Field(
         default=30, gt=0, description="safety net, s; runs that it ends depend on the machine"
@@ -42,12 +41,11 @@ class PlanSettings(BaseModel):
 
 @dataclass(frozen=True, eq=False)
 class PlannedPath:
-    """A run's outcome; `goal_index` is the target's goal at the path's end, -1 without an exact solution."""
+    """A run and what became of it."""
 
     run: int
     seed: int
     result: native.Result
-    goal_index: int
 
 
 def plan_candidate(
@@ -74,7 +72,7 @@ def plan_candidate(
         )
     except ValueError as error:
         raise PlancurateError(f"planner {planner}: {error}") from None
-    return PlannedPath(run, seed, result, goal_index(result, target))
+    return PlannedPath(run, seed, result)
 
 
 def require_planners(planners: list[str], settings: PlanSettings) -> None:
@@ -93,10 +91,3 @@ def seed_of(seed: int, target_id: int, planner: str, run: int) -> int:
     """Return the 31-bit seed of one run, the same on every machine."""
     digest = hashlib.sha256(f"{seed}/{target_id}/{planner}/{run}".encode()).digest()
     return int.from_bytes(digest[:4], "big") >> 1
-
-
-def goal_index(result: native.Result, target: Target) -> int:
-    """Find the goal that an exact solution ends at."""
-    if result.status != "exact":
-        return -1
-    return int(np.argmin(np.abs(target.goals - result.path[-1]).max(axis=1)))

@@ -20,7 +20,7 @@ def test_a_path_leads_from_home_to_the_goal_that_it_names():
     planned = plan_candidate(ROBOT, SCENE, TARGET, "RRTConnect", 0, SETTINGS)
     assert planned.result.status == "exact"
     assert np.array_equal(planned.result.path[0], ROBOT.home)
-    np.testing.assert_allclose(planned.result.path[-1], TARGET.goals[planned.goal_index], atol=1e-9)
+    np.testing.assert_allclose(planned.result.path[-1], TARGET.goals[planned.result.goal_index], atol=1e-9)
 
 
 def test_a_run_repeats_exactly_and_the_next_one_differs():
@@ -35,7 +35,7 @@ def test_a_spent_budget_is_an_outcome_not_an_error():
     planned = plan_candidate(ROBOT, SCENE, TARGET, "RRT", 0, PlanSettings(state_checks=1))
     assert planned.result.status != "exact"
     assert planned.result.reason
-    assert planned.goal_index == -1
+    assert planned.result.goal_index == -1
 
 
 def test_parameters_reach_the_planner_and_wrong_ones_are_errors():
