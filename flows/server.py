@@ -22,11 +22,13 @@ import urllib.parse
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
-from uuid import UUID
+from typing import IO, TYPE_CHECKING, Any
 
 from plancurate.errors import PlancurateError
 from plancurate.flows.home import Home
+
+if TYPE_CHECKING:
+    from prefect.client.schemas.objects import State
 
 HOST = "127.0.0.1"
 START_TIMEOUT_S = 120.0
@@ -66,40 +68,14 @@ def prefect_server(home: Home, port: int = 0, preload: Sequence[str] = ()) -> It
             _check_reachable(configured)
             yield configured
             return
-        from prefect.settings import temporary_settings
+        with _own_server(home, port, preload) as url, _environment(_client_settings(home, url)):
+            from prefect.settings import temporary_settings
 
-        with (
-            _own_server(home, port, preload) as url,
-            _environment(_client_settings(home, url)),
+            from plancurate.flows.recording import everything_recorded
+
             # Heartbeats show a server which runs of its workers crashed; each costs its flow up to a second.
-            temporary_settings({"flows.heartbeat_frequency": None}),
-        ):
-            try:
+            with temporary_settings({"flows.heartbeat_frequency": None}), everything_recorded(url):
                 yield url
-            finally:
-                _flush_events()
-
-
-def wait_until_recorded(flow_run_id: UUID, expected: int, timeout: float = 60.0) -> int:
-    """Wait until the API lists `expected` finished task runs of a flow run; return how many it lists at last.
-
-    The client sends task states as events, which the server records in batches some time later.
-    """
-    from prefect.client.orchestration import get_client
-    from prefect.events.worker import EventsWorker
-
-    EventsWorker.instance().wait_until_empty()
-    question = {
-        "flow_runs": {"id": {"any_": [str(flow_run_id)]}},
-        "task_runs": {"state": {"type": {"any_": ["COMPLETED", "FAILED", "CRASHED", "CANCELLED"]}}},
-    }
-    deadline = time.monotonic() + timeout
-    with get_client(sync_client=True) as client:
-        while True:
-            recorded = int(client.request("POST", "/task_runs/count", json=question).json())
-            if recorded >= expected or time.monotonic() > deadline:
-                return recorded
-            time.sleep(0.1)
 
 
 @contextmanager
@@ -210,15 +186,18 @@ def _crash_dead_runs(url: str) -> None:
     Left as they are, they would occupy the slots of their deployments for good.
     """
     from prefect.client.orchestration import SyncPrefectClient
+    from prefect.client.schemas.filters import FlowRunFilter, TaskRunFilter
+    from prefect.states import Crashed
 
-    state = {"type": "CRASHED", "message": "Its process ended without saying so."}
+    unfinished = {"state": {"type": {"any_": ["RUNNING", "PENDING", "CANCELLING"]}}}
+    crashed: State[Any] = Crashed(message="Its process ended without saying so.")
     with SyncPrefectClient(url) as client:
-        for kind in ("flow_runs", "task_runs"):
-            unfinished = {kind: {"state": {"type": {"any_": ["RUNNING", "PENDING", "CANCELLING"]}}}}
-            while runs := client.request("POST", f"/{kind}/filter", json=unfinished).json():
-                for run in runs:
-                    change = {"state": state, "force": kind == "task_runs"}
-                    client.request("POST", f"/{kind}/{run['id']}/set_state", json=change)
+        while tasks := client.read_task_runs(task_run_filter=TaskRunFilter.model_validate(unfinished)):
+            for task in tasks:
+                client.set_task_run_state(task.id, crashed, force=True)
+        while flows := client.read_flow_runs(flow_run_filter=FlowRunFilter.model_validate(unfinished)):
+            for flow in flows:
+                client.set_flow_run_state(flow.id, crashed)
 
 
 def _serving(home: Home) -> tuple[int, str] | None:
@@ -338,15 +317,6 @@ def stop(process: subprocess.Popen[bytes]) -> None:
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-
-
-def _flush_events() -> None:
-    """Send what Prefect's background threads still hold, and end them: they are bound to this server."""
-    from prefect.events.worker import EventsWorker
-    from prefect.logging.handlers import APILogWorker
-
-    EventsWorker.drain_all()
-    APILogWorker.drain_all()
 
 
 def last_line(log: Path) -> str:
