@@ -17,7 +17,7 @@ FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
 
-HOLD_STEPS = 5
+HOLD_STEPS = 10
 """Held steps at the end of each demonstration unless the caller says otherwise."""
 
 

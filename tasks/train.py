@@ -27,10 +27,15 @@ class TrainSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     steps: int = Field(
-        3000, ge=1, description="gradient steps, the same for every selection; the last state counts"
+        2000, ge=1, description="gradient steps, the same for every selection; the last state counts"
     )
     learning_rate: float = Field(1e-3, gt=0, description="largest step size of Adam")
     schedule: Literal["cosine", "constant"] = Field("cosine", description="how the learning rate goes on")
+    weight_decay: float = Field(
+        1.0,
+        ge=0,
+        description="pull of all weights to zero, so that a policy acts alike near what it was shown",
+    )
     clip: float = Field(1.0, gt=0, description="largest norm of a network's gradient")
     window: int = Field(
         10,
@@ -92,7 +97,7 @@ def descend(
     progress: Callable[[int], None] | None,
 ) -> list[tuple[int, list[float]]]:
     """Take all gradient steps; gives (steps done, mean loss of each network since the entry before)."""
-    adam = Adam(stack, settings.clip)
+    adam = Adam(stack, settings.clip, settings.weight_decay)
     every = math.ceil(settings.steps / LOG_ENTRIES)
     total, since = torch.zeros(stack.values.shape[0], device=settings.device), 0
     curve: list[tuple[int, list[float]]] = []

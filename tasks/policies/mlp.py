@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Literal
 
 import torch
 from pydantic import Field
@@ -14,12 +15,16 @@ from plancurate.tasks.policies.policy import Policy, Weights, register
 
 @register("BC_MLP")
 class MLPPolicy(Policy):
-    """Hidden layers with ReLU between observation and action."""
+    """Hidden layers between observation and action.
+
+    Bounded units (tanh) rest at a target displaced from the trained ones; ReLU runs on past it.
+    """
 
     recurrent = False
 
     batch: int = Field(256, ge=1, description="steps in each gradient step")
     hidden: tuple[int, ...] = Field((128, 128), min_length=1, description="units of each hidden layer")
+    activation: Literal["tanh", "relu"] = Field("tanh", description="what each hidden unit does")
 
     def initial(self, observed: int, acted: int, rng: torch.Generator) -> dict[str, Tensor]:
         """Draw one network's parameters."""
@@ -41,7 +46,8 @@ class MLPPolicy(Policy):
         return self._act(weights, observation), None
 
     def _act(self, weights: Weights, x: Tensor) -> Tensor:
+        bend = torch.tanh if self.activation == "tanh" else torch.relu
         for k in range(len(self.hidden)):
-            x = torch.baddbmm(weights[f"layer_{k}.bias"], x, weights[f"layer_{k}.weight"]).relu()
+            x = bend(torch.baddbmm(weights[f"layer_{k}.bias"], x, weights[f"layer_{k}.weight"]))
         last = f"layer_{len(self.hidden)}"
         return torch.baddbmm(weights[f"{last}.bias"], x, weights[f"{last}.weight"])

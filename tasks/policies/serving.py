@@ -21,10 +21,10 @@ from plancurate.tasks.policies.trained import TrainedPolicy, load_policy
 class ServedPolicy:
     """Observations in, next joint angles out.
 
-    An observation is target minus tool position (3), m, then the joint angles (n), rad. Rows (b, 3 + n), as an
-    array or a data frame, are the successive observations of one rollout; windows (b, w, 3 + n) are the latest
-    observations of b rollouts, of which the last one is answered. Either gives next joint angles (b, n). The
-    memory of a recurrent policy begins at zero with each call and again after every `window` steps.
+    An observation is target minus tool position (3), m, then the joint angles (n), rad. Rows (b, 3 + n), as
+    an array or a data frame, are the successive observations of one rollout; windows (b, w, 3 + n) are the
+    latest observations of b rollouts, of which the last one is answered. Either gives next joint angles
+    (b, n). The memory of a recurrent policy begins at zero with each call and after every `window` steps.
     """
 
     def __init__(self, trained: TrainedPolicy) -> None:
@@ -32,11 +32,12 @@ class ServedPolicy:
 
     def predict(self, model_input: Any, params: Mapping[str, Any] | None = None) -> npt.NDArray[np.float64]:
         """Next joint angles (b, n); raises PlancurateError for input of another shape."""
-        seen = np.asarray(model_input, dtype=np.float64)
+        seen = np.array(model_input, dtype=np.float64)
         observed = 3 + self.trained.dof
         if seen.ndim not in (2, 3) or seen.shape[-1] != observed:
             raise PlancurateError(
-                f"model input: shape {seen.shape}; rows of {observed} numbers or windows (b, w, {observed}) are right"
+                f"model input: shape {seen.shape}; rows of {observed} numbers are right, "
+                f"or windows (b, w, {observed})"
             )
         rollouts = torch.from_numpy(seen[None] if seen.ndim == 2 else seen)
         stack = ActingStack([self.trained])

@@ -41,10 +41,10 @@ class ParameterStack:
 
 
 class Adam:
-    """Adam on a parameter stack, the gradient of each network clipped by its own norm."""
+    """Adam with decoupled weight decay, the gradient of each network clipped by its own norm."""
 
-    def __init__(self, stack: ParameterStack, clip: float) -> None:
-        self.values, self.clip = stack.values, clip
+    def __init__(self, stack: ParameterStack, clip: float, weight_decay: float) -> None:
+        self.values, self.clip, self.weight_decay = stack.values, clip, weight_decay
         self.mean = torch.zeros_like(stack.values)
         self.square = torch.zeros_like(stack.values)
         self.taken = 0
@@ -57,6 +57,7 @@ class Adam:
         self.taken += 1
         norm = g.square().view(len(g), -1, ALIGN).sum(2).sum(1, keepdim=True).sqrt()
         g.mul_((self.clip / (norm + 1e-6)).clamp(max=1.0))
+        self.values.mul_(1 - learning_rate * self.weight_decay)
         self.mean.lerp_(g, 1 - beta1)
         self.square.mul_(beta2).addcmul_(g, g, value=1 - beta2)
         spread = self.square.sqrt().div_(math.sqrt(1 - beta2**self.taken)).add_(eps)
