@@ -63,7 +63,7 @@ $(VENV)/modules: FORCE | $(VENV)/bin/python
 # The rooms under the names they are installed by, for the type checker.
 $(VENV)/typing: $(VENV)/modules
 	@mkdir -p $@/plancurate
-	@for file in package/*.py package/py.typed native/native.pyi; do \
+	@for file in package/plancurate/*.py package/plancurate/py.typed native/native.pyi; do \
 		ln -sf "$(CURDIR)/$$file" $@/plancurate/; done
 	@for room in robots tasks sql flows; do ln -sfn "$(CURDIR)/$$room" $@/plancurate/$$room; done
 	@touch $@

@@ -12,6 +12,7 @@ from plancurate.flows.home import Home
 from plancurate.flows.options import StudyOptions
 from plancurate.flows.server import prefect_server
 from plancurate.flows.show import matrix
+from plancurate.flows.workplace import Workplace
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.results import result_rows, summary_rows
 
@@ -45,6 +46,7 @@ def evaluate(options: StudyOptions = StudyOptions()) -> None:
 def run(name: str, options: StudyOptions) -> None:
     """Run the flow of that name on a Prefect server: the configured one, or one of our own for the time of it."""
     config, home = options.study(), options.folder()
+    Workplace(config, home)  # a robot or scene that can't be loaded is said before anything is started or written
     module = f"plancurate.flows.{name}"
     console.print(f"[bold]{name} {config.name}[/]  [dim]{home.root}[/]", highlight=False)
     with ExitStack() as stack:

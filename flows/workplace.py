@@ -8,6 +8,7 @@ from plancurate.flows.home import Home
 from plancurate.robots import load_robot, load_scene
 from plancurate.tasks.generate import pool_id
 from plancurate.tasks.lake import Lake
+from plancurate.tasks.targets import require_free_home
 
 
 class Workplace:
@@ -17,6 +18,7 @@ class Workplace:
         """Load what the configuration names; raises PlancurateError for what is not there."""
         self.config, self.home = config, home
         self.robot, self.scene = load_robot(config.robot), load_scene(config.scene)
+        require_free_home(self.robot, self.scene)
         self.lake = Lake(home.lake)
         self.pool = pool_id(self.robot, self.scene, config.candidates)
         self.partition = {"robot": self.robot.name, "scene": self.scene.name, "pool": self.pool}

@@ -108,6 +108,7 @@ NumpyDoubles state_clearances(const Robot& robot, const Scene& scene, const Arra
 
 NB_MODULE(native, module) {
     using namespace plancurate;
+    nb::set_leak_warnings(false);  // a process that ends by an exception keeps objects alive: no news to a user
     module.doc() = "Compiled core: kinematics, collision checking and planning. Arrays are float64 and C-contiguous.";
 
     nb::class_<Robot>(module, "Robot")

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plancurate import native
 from plancurate.errors import PlancurateError
-from plancurate.robots import solve_ik
+from plancurate.robots import solve_ik, touching
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
@@ -44,11 +44,17 @@ def sample_targets(
 
     Raises PlancurateError when the home configuration collides or a target can't be placed.
     """
-    if not native.is_free(robot.native, scene.native, robot.home[None])[0]:
-        raise PlancurateError(
-            f"robot {robot.name}: home: collides in scene '{scene.name}'; another home or scene is needed"
-        )
+    require_free_home(robot, scene)
     return [sample_target(robot, scene, settings, target_id) for target_id in range(first, first + count)]
+
+
+def require_free_home(robot: Robot, scene: Scene) -> None:
+    """Raise PlancurateError, naming what touches, when the home configuration is in collision."""
+    if pairs := touching(robot, scene, robot.home):
+        raise PlancurateError(
+            f"robot {robot.name}: home: collides in scene '{scene.name}' ({', '.join(pairs)}); "
+            "another home or scene is needed"
+        )
 
 
 def sample_target(robot: Robot, scene: Scene, settings: TargetSettings, target_id: int) -> Target:

@@ -1,0 +1,56 @@
+"""Real runs of the command line: real Prefect, MLflow, DuckDB and PyBullet in a home folder of their own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+Command = Callable[..., subprocess.CompletedProcess[str]]
+UNCONFIGURED = ("PREFECT_API_URL", "MLFLOW_TRACKING_URI", "PLANCURATE_HOME")
+
+
+def environment(**variables: str) -> dict[str, str]:
+    """Return this process's environment without what a user may have configured, plus variables."""
+    kept = {name: value for name, value in os.environ.items() if name not in UNCONFIGURED}
+    return kept | variables
+
+
+def command_line(*words: str) -> list[str]:
+    """Return the plancurate command as this interpreter runs it."""
+    return [sys.executable, "-c", "from plancurate.flows.cli import main; main()", *words]
+
+
+@pytest.fixture(scope="session")
+def plancurate() -> Command:
+    """Run plancurate as a user would and capture what it says."""
+
+    def run(*words: str, **variables: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            command_line(*words), capture_output=True, text=True, env=environment(**variables), timeout=600
+        )
+
+    return run
+
+
+@dataclass(frozen=True)
+class Studied:
+    """A finished smoke study."""
+
+    home: Path
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture(scope="session")
+def smoke(plancurate: Command, tmp_path_factory: pytest.TempPathFactory) -> Studied:
+    """Run the smoke study once for all tests that look at what it leaves."""
+    home = tmp_path_factory.mktemp("smoke")
+    done = plancurate("study", "--preset", "smoke", "--home", str(home))
+    assert done.returncode == 0, done.stderr
+    return Studied(home, done.stdout, done.stderr)

@@ -1,0 +1,78 @@
+"""A killed run goes on where it was: nothing twice, nothing torn."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from plancurate import sql
+from plancurate.flows.config import load_config
+from plancurate.tasks.lake import Lake
+
+from .conftest import Command, Studied, command_line, environment
+
+TIMEOUT_S = 240
+
+
+def kill_after_parts(words: list[str], home: Path, table: str, count: int) -> None:
+    """Start a command and kill -9 it as soon as the lake holds `count` parts of a table with rows."""
+    process = subprocess.Popen(
+        command_line(*words), env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    deadline = time.monotonic() + TIMEOUT_S
+    while sum("schema" not in path.name for path in (home / "lake" / table).rglob("part-*.parquet")) < count:
+        assert process.poll() is None, "the command ended before it could be killed"
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+
+
+def content(home: Path, statement: str) -> list[dict[str, object]]:
+    return list(Lake(home / "lake").sql(statement).to_pylist())
+
+
+def test_a_killed_generate_goes_on_without_duplicates(
+    smoke: Studied, plancurate: Command, tmp_path: Path
+) -> None:
+    words = ["generate", "--preset", "smoke", "--home", str(tmp_path)]
+    kill_after_parts(words, tmp_path, "trajectories", 3)
+    assert plancurate(*words).returncode == 0
+    planners = load_config("smoke", None, {}).planners
+    same = f"SELECT trajectory_id, q FROM trajectories WHERE target_id < 2 AND planner IN {planners} ORDER BY 1"
+    assert content(tmp_path, same) == content(smoke.home, same)
+    assert_sound(tmp_path)
+
+
+def test_a_killed_evaluate_goes_on_without_duplicates(
+    smoke: Studied, plancurate: Command, tmp_path: Path
+) -> None:
+    words = ["study", "--preset", "smoke", "--home", str(tmp_path)]
+    kill_after_parts(words, tmp_path, "evaluations", 2)
+    done = plancurate(*words)
+    assert done.returncode == 0, done.stderr
+    same = "SELECT * EXCLUDE (pool, selection_time_s, train_s) FROM evaluations ORDER BY evaluation_id, test_id"
+    assert content(tmp_path, same) == content(smoke.home, same)
+    assert_sound(tmp_path)
+
+
+def assert_sound(home: Path) -> None:
+    lake = Lake(home / "lake")
+    for name in sql.names("checks"):
+        assert lake.query(name).num_rows == 0, name
+    lake.check()
+
+
+@pytest.mark.parametrize("workers", ["1", "4"])
+def test_the_number_of_workers_changes_no_trajectory(
+    workers: str, smoke: Studied, plancurate: Command, tmp_path: Path
+) -> None:
+    words = ("generate", "--preset", "smoke", "--workers", workers, "--home", str(tmp_path))
+    assert plancurate(*words).returncode == 0
+    planners = load_config("smoke", None, {}).planners
+    same = f"SELECT trajectory_id, q FROM trajectories WHERE target_id < 2 AND planner IN {planners} ORDER BY 1"
+    assert content(tmp_path, same) == content(smoke.home, same)

@@ -1,0 +1,155 @@
+"""The whole way on the smoke preset: what it prints, what it leaves, what doing it again does."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from plancurate import sql
+from plancurate.flows.config import load_config
+from plancurate.flows.home import Home
+from plancurate.flows.server import prefect_server
+from plancurate.tasks.lake import Lake
+from plancurate.tasks.results import REPORT_FIELDS
+from plancurate.tasks.statistics import wilson_interval
+
+from .conftest import Command, Studied
+
+SMOKE = load_config("smoke", None, {})
+
+
+def parts(home: Path) -> dict[str, int]:
+    return {str(path): path.stat().st_mtime_ns for path in (home / "lake").rglob("part-*.parquet")}
+
+
+def test_a_study_ends_in_a_table_of_every_selector_and_the_best_three(smoke: Studied) -> None:
+    for selector in SMOKE.selectors:
+        assert selector in smoke.stdout
+    assert "best three" in smoke.stdout
+    assert str(smoke.home / "reports" / "smoke") in smoke.stdout.replace("\n", "")
+
+
+def test_a_study_is_quiet(smoke: Studied) -> None:
+    said = smoke.stdout + smoke.stderr
+    for noise in ("Traceback", "Warning", "WARN", "nanobind", "INFO", "ERROR", "pybullet build"):
+        assert noise not in said, said
+    assert len(smoke.stderr.splitlines()) <= 8
+
+
+def test_a_report_has_a_row_for_every_selector_and_policy(smoke: Studied, plancurate: Command) -> None:
+    done = plancurate("report", "--study", "smoke", "--format", "json", "--home", str(smoke.home))
+    rows = json.loads(done.stdout)
+    found = {(row["selector"], row["policy"]) for row in rows}
+    assert found == {(s, p) for s in SMOKE.selectors for p in SMOKE.policies}
+    for row in rows:
+        assert tuple(row) == REPORT_FIELDS
+        assert row["n"] == 16 * SMOKE.n_targets
+        interval = wilson_interval(row["successes"], row["n"])
+        assert (row["ci_low"], row["ci_high"]) == pytest.approx((interval.low, interval.high))
+
+
+def test_a_report_in_markdown_has_the_same_rows(smoke: Studied, plancurate: Command) -> None:
+    done = plancurate("report", "--study", "smoke", "--home", str(smoke.home))
+    lines = done.stdout.strip().splitlines()
+    assert lines[0].startswith("| selector | budget | policy |")
+    assert len(lines) == 2 + len(SMOKE.selectors) * len(SMOKE.policies)
+
+
+def test_the_lake_answers_sql_as_table_csv_and_json(smoke: Studied, plancurate: Command) -> None:
+    query = "SELECT planner, count(*) AS runs FROM trajectories GROUP BY planner ORDER BY planner"
+    home = ("--home", str(smoke.home))
+    expected = {planner: 3 * SMOKE.n_targets for planner in SMOKE.planners}
+    as_csv = list(csv.DictReader(io.StringIO(plancurate("sql", query, "--format", "csv", *home).stdout)))
+    assert {row["planner"]: int(row["runs"]) for row in as_csv} == expected
+    as_json = json.loads(plancurate("sql", query, "--format", "json", *home).stdout)
+    assert {row["planner"]: row["runs"] for row in as_json} == expected
+    assert "RRTConnect" in plancurate("sql", query, *home).stdout
+
+
+def test_every_check_of_the_lake_finds_nothing(smoke: Studied) -> None:
+    lake = Lake(smoke.home / "lake")
+    for name in sql.names("checks"):
+        assert lake.query(name).num_rows == 0, name
+
+
+def test_every_smoke_planner_solves_every_run(smoke: Studied) -> None:
+    rows = Lake(smoke.home / "lake").sql("SELECT trajectory_id, reason FROM trajectories WHERE NOT solved")
+    assert rows.to_pylist() == []
+
+
+def test_doing_a_study_again_changes_nothing_in_the_lake(smoke: Studied, plancurate: Command) -> None:
+    before = parts(smoke.home)
+    again = plancurate("study", "--preset", "smoke", "--home", str(smoke.home))
+    assert again.returncode == 0, again.stderr
+    assert parts(smoke.home) == before
+    assert again.stdout == smoke.stdout
+
+
+def test_a_larger_study_reuses_what_is_there(smoke: Studied, plancurate: Command) -> None:
+    before = parts(smoke.home)
+    words = ("generate", "--preset", "smoke", "--targets", "3", "--planners", "RRTConnect", "EST")
+    done = plancurate(*words, "--home", str(smoke.home))
+    assert done.returncode == 0, done.stderr
+    after = parts(smoke.home)
+    assert before.items() <= after.items()
+    planned = Lake(smoke.home / "lake").sql("SELECT DISTINCT planner, target_id FROM trajectories")
+    new = {(row["planner"], row["target_id"]) for row in planned.to_pylist()} - {
+        (planner, target) for planner in SMOKE.planners for target in range(2)
+    }
+    assert new == {("RRTConnect", 2), ("EST", 0), ("EST", 1), ("EST", 2)}
+
+
+def test_prefect_recorded_every_task_run_that_was_executed(plancurate: Command, tmp_path: Path) -> None:
+    words = ("generate", "--preset", "smoke", "--home", str(tmp_path))
+    assert plancurate(*words).returncode == 0
+    with prefect_server(Home.resolve(tmp_path)):
+        from prefect.client.orchestration import get_client
+
+        with get_client(sync_client=True) as client:
+            runs = client.read_task_runs()
+    names = sorted(run.name for run in runs if run.state is not None and run.state.is_completed())
+    planned = [f"plan {planner} target {target:04d}" for planner in SMOKE.planners for target in range(2)]
+    assert names == sorted([*planned, "sample targets"])
+
+
+def test_no_process_outlives_a_command(smoke: Studied) -> None:
+    left = subprocess.run(["pgrep", "-f", str(smoke.home)], capture_output=True, text=True)
+    assert left.stdout == ""
+
+
+def test_a_model_loads_with_mlflow_and_without_unpickling(
+    smoke: Studied, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import pickle
+
+    import mlflow
+    import numpy as np
+
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("something was unpickled")
+
+    client = mlflow.MlflowClient(f"sqlite:///{smoke.home / 'mlflow.db'}")
+    experiment = client.get_experiment_by_name("smoke")
+    assert experiment is not None
+    children = [
+        run
+        for run in client.search_runs([experiment.experiment_id], max_results=1000)
+        if "mlflow.parentRunId" in run.data.tags
+    ]
+    assert len(children) == len(SMOKE.selectors) * len(SMOKE.policies)
+    run = next(run for run in children if run.info.run_name.startswith("KMeans_Hybrid k=2 BC_RNN seed"))
+    for name in ("success_rate", "success_rate_ci_low", "settled_rate_ci_high", "selection_time_s", "train_time_s"):
+        assert name in run.data.metrics
+    assert len(client.get_metric_history(run.info.run_id, "train_loss")) > 10
+    model_id = run.outputs.model_outputs[0].model_id
+    folder = Path(client.get_logged_model(model_id).artifact_location.removeprefix("file://"))
+    monkeypatch.setattr(pickle, "load", refuse)
+    monkeypatch.setattr(pickle, "loads", refuse)
+    model = mlflow.pyfunc.load_model(str(folder))
+    answer = model.predict(np.zeros((4, 9)))
+    assert np.asarray(answer).shape == (4, 6)
