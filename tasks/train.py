@@ -8,11 +8,12 @@ from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 import torch
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.demonstrations import Demonstrations
 from plancurate.tasks.policies.batches import Batches, generator, normaliser
+from plancurate.tasks.policies.device import usable
 from plancurate.tasks.policies.policy import Policy, make_policy
 from plancurate.tasks.policies.stack import Adam, ParameterStack
 from plancurate.tasks.policies.trained import Action, TrainedPolicy
@@ -50,6 +51,12 @@ class TrainSettings(BaseModel):
     )
     device: str = Field("cpu", description="where the networks are trained: cpu or cuda")
 
+    @model_validator(mode="after")
+    def _policies_are_known(self) -> TrainSettings:
+        for name, values in self.policies.items():
+            make_policy(name, values)
+        return self
+
 
 def train(
     policy: str,
@@ -65,13 +72,14 @@ def train(
     """
     kind = make_policy(policy, settings.policies.get(policy, {}))
     _check(data, seeds)
+    device = usable(settings.device)
     began = time.perf_counter()
     normalisers = [normaliser(d, settings.action) for d in data]
     rngs = [generator(policy, seed, "weights") for seed in seeds]
     observed = data[0].observations.shape[1]
     networks = [kind.initial(observed, data[0].dof, rng) for rng in rngs]
-    stack = ParameterStack(networks, settings.device)
-    batches = Batches(kind, data, normalisers, seeds, settings.action, settings.window, settings.device)
+    stack = ParameterStack(networks, device)
+    batches = Batches(kind, data, normalisers, seeds, settings.action, settings.window, device)
     curve = descend(kind, stack, batches, settings, progress)
     share = (time.perf_counter() - began) / len(data)
     return [
@@ -99,7 +107,7 @@ def descend(
     """Take all gradient steps; gives (steps done, mean loss of each network since the entry before)."""
     adam = Adam(stack, settings.clip, settings.weight_decay)
     every = math.ceil(settings.steps / LOG_ENTRIES)
-    total, since = torch.zeros(stack.values.shape[0], device=settings.device), 0
+    total, since = torch.zeros(len(stack.values), device=stack.values.device), 0
     curve: list[tuple[int, list[float]]] = []
     for step in range(settings.steps):
         observations, actions, masks = batches.next()

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
+from plancurate.tasks.policies.device import usable
 from plancurate.tasks.policies.trained import Normaliser, TrainedPolicy
 
 
@@ -16,12 +17,12 @@ class ActingStack:
     def __init__(self, policies: Sequence[TrainedPolicy], device: str = "cpu") -> None:
         first = policies[0]
         self.policy, self.action, self.window = first.policy, first.action, first.window
-        self.device = device
+        self.device = usable(device)
         self.weights = {
-            name: torch.stack([policy.weights[name] for policy in policies]).to(device)
+            name: torch.stack([policy.weights[name] for policy in policies]).to(self.device)
             for name in first.weights
         }
-        self.normaliser = stack_normalisers([policy.normaliser for policy in policies], device)
+        self.normaliser = stack_normalisers([policy.normaliser for policy in policies], self.device)
         self.memory: Tensor | None = None
         self.taken = 0
 
@@ -42,7 +43,7 @@ class ActingStack:
         return observation[..., 3:] + action if self.action == "delta" else action
 
 
-def stack_normalisers(normalisers: Sequence[Normaliser], device: str) -> Normaliser:
+def stack_normalisers(normalisers: Sequence[Normaliser], device: torch.device) -> Normaliser:
     """One normaliser of tensors (S, 1, o) and (S, 1, n)."""
     fields = Normaliser.__dataclass_fields__
     return Normaliser(

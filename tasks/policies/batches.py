@@ -50,7 +50,7 @@ class Batches:
         seeds: Sequence[int],
         action: Action,
         window: int,
-        device: str,
+        device: torch.device,
     ) -> None:
         self.kind, self.data, self.device = kind, data, device
         self.length = window if kind.recurrent else 1

@@ -16,7 +16,7 @@ arithmetic does not depend on its place in the stack."""
 class ParameterStack:
     """Parameters as a table (S, numbers), with a view (S, ...) for each named parameter."""
 
-    def __init__(self, networks: Sequence[Mapping[str, Tensor]], device: str) -> None:
+    def __init__(self, networks: Sequence[Mapping[str, Tensor]], device: torch.device) -> None:
         shapes = {name: value.shape for name, value in networks[0].items()}
         self.count = sum(shape.numel() for shape in shapes.values())
         width = math.ceil(self.count / ALIGN) * ALIGN

@@ -74,7 +74,7 @@ class TrainedPolicy:
 class Description(BaseModel):
     """What policy.json holds."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, ser_json_inf_nan="constants")
 
     format: Literal[1]
     policy: str

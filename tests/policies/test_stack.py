@@ -20,14 +20,14 @@ def loss(weights: dict[str, torch.Tensor], scale: float) -> torch.Tensor:
 
 
 def test_stack_gives_each_network_its_own_parameters_back() -> None:
-    stack = ParameterStack(networks(), "cpu")
+    stack = ParameterStack(networks(), torch.device("cpu"))
     for s, network in enumerate(networks()):
         for name, value in stack.network(s).items():
             assert torch.equal(value, network[name])
 
 
 def test_steps_equal_torch_adamw_with_clipping_of_each_network() -> None:
-    stack = ParameterStack(networks(), "cpu")
+    stack = ParameterStack(networks(), torch.device("cpu"))
     adam = Adam(stack, clip=1.0, weight_decay=0.5)
     for step in range(20):
         adam.step(stack.gradients(loss(stack.weights, 0.3)), 0.01 * (step + 1))

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -31,6 +33,13 @@ def test_stored_policy_comes_back_bit_for_bit(tmp_path: Path, name: str) -> None
         assert torch.equal(getattr(found.normaliser, key), value)
     for key in ("action", "window", "seed", "train_s", "loss_curve"):
         assert getattr(found, key) == getattr(policy, key)
+
+
+def test_policy_whose_training_diverged_can_be_stored_and_read(tmp_path: Path) -> None:
+    replace(trained("BC_RNN"), loss_curve=[(10, math.inf), (20, math.nan)]).save(tmp_path)
+    losses = [loss for _, loss in load_policy(tmp_path).loss_curve]
+    assert losses[0] == math.inf
+    assert math.isnan(losses[1])
 
 
 def test_missing_file_is_named(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from plancurate import native
-from plancurate.errors import PlancurateError
+from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots import Robot, load_robot, load_scene
 from plancurate.tasks.demonstrations import Demonstrations, demonstrations
 from plancurate.tasks.evaluate import EvaluateSettings, roll_out
@@ -138,3 +138,15 @@ def test_data_without_seed_and_data_of_another_robot_are_refused(robot: Robot) -
         train("BC_MLP", [data, other], [0, 0], TrainSettings(steps=1))
     with pytest.raises(PlancurateError, match="no demonstrations"):
         train("BC_MLP", [], [], TrainSettings(steps=1))
+
+
+def test_settings_of_an_unknown_policy_or_field_are_refused_at_once() -> None:
+    with pytest.raises(UnknownNameError, match="unknown policy 'BC_RN'"):
+        TrainSettings(policies={"BC_RN": {}})
+    with pytest.raises(UnknownNameError, match="unknown setting of BC_MLP 'hiden'"):
+        TrainSettings(policies={"BC_MLP": {"hiden": [8]}})
+
+
+def test_device_that_is_not_there_is_an_error_in_one_line(robot: Robot) -> None:
+    with pytest.raises(PlancurateError, match="device: 'nowhere' can't be used"):
+        train("BC_MLP", [one_path(robot, UP)], [0], TrainSettings(steps=1, device="nowhere"))
