@@ -41,12 +41,10 @@ console = Console(stderr=True, highlight=False)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Serve until Ctrl-C or SIGTERM (0), or until something goes wrong: one line and 2."""
+    """Serve until Ctrl-C (0), or until something goes wrong: one line and 2."""
     parser = argparse.ArgumentParser(prog="plancurate.flows.serve", description=__doc__)
     parser.add_argument("--home", help="folder with the lake and the databases (PLANCURATE_HOME, ./data)")
     home = Home.resolve(parser.parse_args(argv).home)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _interrupt)
     try:
         serve(home, Path.cwd())
     except KeyboardInterrupt:
@@ -183,4 +181,6 @@ def _overview(home: Home, prefect_url: str, mlflow_url: str) -> Table:
 
 
 if __name__ == "__main__":
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _interrupt)
     sys.exit(main())
