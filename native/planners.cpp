@@ -38,21 +38,21 @@ const std::vector<PlannerEntry>& registry() {
         {"TRRT", make<TRRT>, false, {{"range", "1"}, {"goal_bias", "0.1"}}},
         {"PRM", make<Roadmap<og::PRM>>, false, {{"max_nearest_neighbors", "10"}}},
         {"PRMstar", make<Roadmap<og::PRMstar>>, true, {}},
-        {"KPIECE1", make<og::KPIECE1>, false, {{"range", "1"}}},
+        {"KPIECE1", make<og::KPIECE1>, false, {{"range", "1"}, {"goal_bias", "0.2"}}},
         {"BKPIECE1", make<og::BKPIECE1>, false, {{"range", "1"}}},
         {"LBKPIECE1", make<og::LBKPIECE1>, false, {{"range", "1"}}},
         {"FMT", make<FMT>, true, {{"num_samples", "100"}, {"radius_multiplier", "0.8"}}},
         {"BFMT", make<BFMT>, true, {{"num_samples", "100"}, {"radius_multiplier", "0.8"}, {"extended_fmt", "0"}}},
-        {"PDST", make<og::PDST>, false, {}},
+        {"PDST", make<og::PDST>, false, {{"goal_bias", "0.3"}}},
         {"STRIDE", make<og::STRIDE>, false, {{"range", "1"}}},
         {"BiTRRT", make<BiTRRT>, false, {{"range", "1"}}},
         {"LBTRRT", make<LBTRRT>, true, {{"range", "1"}, {"goal_bias", "0.1"}}},
         {"BiEST", make<BiEST>, false, {{"range", "1"}}},
         {"ProjEST", make<og::ProjEST>, false, {{"range", "1"}}},
-        {"LazyPRM", make<LazyRoadmap<og::LazyPRM>>, false, {{"range", "3"}}},
+        {"LazyPRM", make<LazyRoadmap<og::LazyPRM>>, false, {{"range", "3"}, {"max_nearest_neighbors", "8"}}},
         {"LazyPRMstar", make<LazyRoadmap<og::LazyPRMstar>>, true, {}},
         {"SPARS", make<SPARS>, true, {{"sparse_delta_fraction", "0.6"}}},
-        {"SPARStwo", make<SPARStwo>, true, {{"sparse_delta_fraction", "0.4"}}},
+        {"SPARStwo", make<SPARStwo>, true, {{"sparse_delta_fraction", "0.5"}}},
         {"EST", make<EST>, false, {{"range", "1"}}},
         {"SBL", make<og::SBL>, false, {{"range", "1"}}},
     };
@@ -65,8 +65,11 @@ std::string joined(const std::vector<std::string>& names) {
     return text;
 }
 
-// OMPL's suggestions: "0,1" for switches, "low:high" or "low:step:high" for numbers. False when `value` isn't one.
-bool suits(const std::string& value, const std::string& suggestion) {
+// A range of next to nothing keeps planners in loops that don't look at the budget; 0 lets OMPL choose.
+constexpr double shortest_range = 0.01;
+
+// OMPL's suggestions are "0,1" for switches, "low:high" or "low:step:high" for numbers.
+bool suits(const std::string& name, const std::string& value, const std::string& suggestion) {
     if (suggestion == "0,1") return value == "0" || value == "1";
     std::size_t read = 0;
     double number = std::numeric_limits<double>::quiet_NaN();
@@ -75,7 +78,8 @@ bool suits(const std::string& value, const std::string& suggestion) {
     } catch (const std::exception&) {
         return false;
     }
-    if (read != value.size() || !std::isfinite(number)) return false;
+    if (read != value.size() || std::isnan(number)) return false;
+    if (name == "range" && number != 0 && number < shortest_range) return false;
     const std::size_t first = suggestion.find(':'), last = suggestion.rfind(':');
     if (first == std::string::npos) return true;
     return number >= std::stod(suggestion.substr(0, first)) && number <= std::stod(suggestion.substr(last + 1));
@@ -87,9 +91,10 @@ void set(ob::ParamSet& declared, const std::string& planner, const std::string& 
     if (!declared.hasParam(name))
         throw std::invalid_argument(planner + " has no parameter '" + name + "'; it has " +
                                     (names.empty() ? "none" : joined(names)));
+    if (declared.getParam(name)->getValue() == value) return;  // some of OMPL's own defaults are outside its ranges
     const std::string suggestion = declared.getParam(name)->getRangeSuggestion();
-    if (!suits(value, suggestion) || !declared.setParam(name, value))
-        throw std::invalid_argument(planner + "." + name + " = '" + value + "' is not a value that OMPL takes" +
+    if (!suits(name, value, suggestion) || !declared.setParam(name, value))
+        throw std::invalid_argument(planner + "." + name + " = '" + value + "' is not a value that it takes" +
                                     (suggestion.empty() ? "" : "; its range is " + suggestion));
 }
 
@@ -106,21 +111,28 @@ const PlannerEntry& find_planner(const std::string& name) {
 
 ob::PlannerPtr make_planner(const PlannerEntry& entry, const ob::SpaceInformationPtr& si, const Parameters& params) {
     ob::PlannerPtr planner = entry.make(si);
-    for (const auto& [name, value] : entry.defaults) set(planner->params(), entry.name, name, value);
-    for (const auto& [name, value] : params) set(planner->params(), entry.name, name, value);
+    Parameters chosen = params;
+    chosen.insert(entry.defaults.begin(), entry.defaults.end());
+    // LazyPRM forgets how many neighbours to take when its range is set, so the range comes first.
+    if (const auto range = chosen.find("range"); range != chosen.end())
+        set(planner->params(), entry.name, range->first, range->second);
+    for (const auto& [name, value] : chosen)
+        if (name != "range") set(planner->params(), entry.name, name, value);
     return planner;
 }
 
 std::vector<PlannerInfo> planners() {
     SeedSequence seeds{0};
     const SeededSection seeded(seeds);
-    auto space = std::make_shared<ob::RealVectorStateSpace>(2);
+    auto space = std::make_shared<ob::RealVectorStateSpace>(6);  // some of OMPL's defaults depend on the joints
     space->setBounds(-1, 1);
     const auto si = std::make_shared<ob::SpaceInformation>(space);
     std::vector<PlannerInfo> infos;
     for (const PlannerEntry& entry : registry()) {
-        PlannerInfo info{entry.name, {}, entry.optimizing, true, ""};
-        make_planner(entry, si, {})->params().getParams(info.params);
+        PlannerInfo info{entry.name, entry.defaults, entry.optimizing, true, ""};
+        Parameters declared;
+        make_planner(entry, si, {})->params().getParams(declared);
+        info.params.insert(declared.begin(), declared.end());  // ours stay: not everything declared can be read back
         infos.push_back(info);
     }
     return infos;

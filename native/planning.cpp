@@ -54,6 +54,16 @@ void check_arguments(const Query& query, const Budget& budget) {
     require(budget.seconds > 0, "budget: seconds must be positive");
 }
 
+// The same function by its newer name, where there is one, or its older.
+template <class Simplifier>
+auto shortcut(Simplifier& simplifier, og::PathGeometric& path, int) -> decltype(simplifier.partialShortcutPath(path)) {
+    return simplifier.partialShortcutPath(path);
+}
+template <class Simplifier>
+bool shortcut(Simplifier& simplifier, og::PathGeometric& path, long) {
+    return simplifier.shortcutPath(path);
+}
+
 // OMPL's own simplification (MoveIt uses the same) without its B-spline step, which multiplies the waypoints by
 // eight, and without a clock: the steps are bounded by the number of waypoints, the rounds by a constant.
 void shorten(og::PathGeometric& path, SeedSequence& seeds) {
@@ -65,11 +75,7 @@ void shorten(og::PathGeometric& path, SeedSequence& seeds) {
     constexpr int rounds = 5;
     for (int round = 0; round < rounds && path.getStateCount() > 2; ++round) {
         const bool fewer = simplifier->reduceVertices(path);
-#if OMPL_VERSION_VALUE < 1006000
-        const bool shorter = simplifier->shortcutPath(path);
-#else
-        const bool shorter = simplifier->partialShortcutPath(path);
-#endif
+        const bool shorter = shortcut(*simplifier, path, 0);
         simplifier->collapseCloseVertices(path);
         if (!fewer && !shorter) break;
     }

@@ -27,6 +27,23 @@ ob::ProblemDefinitionPtr with_one_goal(const ob::ProblemDefinition& problem, con
 
 }  // namespace
 
+ob::PlannerStatus LBTRRT::solve(const ob::PlannerTerminationCondition& ptc) {
+    // OMPL's 1.5 leaves the root's lower bound uninitialised, so the root is put in here.
+    while (const ob::State* state = pis_.nextStart()) {
+        auto* root = new Motion(si_);
+        si_->copyState(root->state_, state);
+        root->id_ = nn_->size();
+        root->costLb_ = 0;
+        idToMotionMap_.push_back(root);
+        nn_->add(root);
+        lowerBoundGraph_.addVertex(root->id_);
+    }
+    // OMPL's runs to the end of its budget even when its path can't be shorter.
+    const double threshold = pdef_->getOptimizationObjective()->getCostThreshold().value();
+    return og::LBTRRT::solve(
+        ob::PlannerTerminationCondition([this, &ptc, threshold] { return ptc() || bestCost_ < threshold; }));
+}
+
 ob::PlannerStatus FMT::solve(const ob::PlannerTerminationCondition& ptc) {
     require_neighbours(nearestK_, extendedFMT_, radiusMultiplier_, numSamples_, si_->getStateDimension());
     return og::FMT::solve(ptc);

@@ -43,12 +43,7 @@ struct LBTRRT : og::LBTRRT {
         nn_ = std::make_shared<StableNearest<Motion*>>();
     }
 
-    // OMPL's runs to the end of its budget even when its path can't be shorter.
-    ob::PlannerStatus solve(const ob::PlannerTerminationCondition& ptc) override {
-        const double threshold = pdef_->getOptimizationObjective()->getCostThreshold().value();
-        return og::LBTRRT::solve(
-            ob::PlannerTerminationCondition([this, &ptc, threshold] { return ptc() || bestCost_ < threshold; }));
-    }
+    ob::PlannerStatus solve(const ob::PlannerTerminationCondition& ptc) override;
 };
 
 struct RRTConnect : og::RRTConnect {
