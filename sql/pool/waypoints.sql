@@ -5,4 +5,4 @@ WHERE
     robot = $robot
     AND scene = $scene
     AND pool = $pool
-    AND list_contains($ids, trajectory_id);
+    AND trajectory_id IN (SELECT unnest($ids));

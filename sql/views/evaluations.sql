@@ -2,11 +2,11 @@
 CREATE OR REPLACE VIEW evaluations AS
 SELECT robot, scene, pool, study, * EXCLUDE (robot, scene, pool, study, filename)
 FROM read_parquet(
-    lake_root() || '/evaluations/robot=*/scene=*/pool=*/study=*/part-*.parquet',
+    evaluations_parts(),
     filename = true,
     hive_partitioning = true,
     hive_types = {'robot': VARCHAR, 'scene': VARCHAR, 'pool': VARCHAR, 'study': VARCHAR}
 )
-QUALIFY row_number() OVER (
+QUALIFY dense_rank() OVER (
     PARTITION BY robot, scene, pool, study, evaluation_id, kind, test_id ORDER BY filename
 ) = 1;

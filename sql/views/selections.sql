@@ -2,11 +2,11 @@
 CREATE OR REPLACE VIEW selections AS
 SELECT robot, scene, pool, selector, * EXCLUDE (robot, scene, pool, selector, filename)
 FROM read_parquet(
-    lake_root() || '/selections/robot=*/scene=*/pool=*/selector=*/part-*.parquet',
+    selections_parts(),
     filename = true,
     hive_partitioning = true,
     hive_types = {'robot': VARCHAR, 'scene': VARCHAR, 'pool': VARCHAR, 'selector': VARCHAR}
 )
-QUALIFY row_number() OVER (
+QUALIFY dense_rank() OVER (
     PARTITION BY robot, scene, pool, selector, selection_id, trajectory_id ORDER BY filename
 ) = 1;

@@ -2,9 +2,9 @@
 CREATE OR REPLACE VIEW studies AS
 SELECT study, * EXCLUDE (study, filename)
 FROM read_parquet(
-    lake_root() || '/studies/study=*/part-*.parquet',
+    studies_parts(),
     filename = true,
     hive_partitioning = true,
     hive_types = {'study': VARCHAR}
 )
-QUALIFY row_number() OVER (PARTITION BY study, study_key ORDER BY filename) = 1;
+QUALIFY dense_rank() OVER (PARTITION BY study, study_key ORDER BY filename) = 1;

@@ -2,9 +2,9 @@
 CREATE OR REPLACE VIEW targets AS
 SELECT robot, scene, pool, * EXCLUDE (robot, scene, pool, filename)
 FROM read_parquet(
-    lake_root() || '/targets/robot=*/scene=*/pool=*/part-*.parquet',
+    targets_parts(),
     filename = true,
     hive_partitioning = true,
     hive_types = {'robot': VARCHAR, 'scene': VARCHAR, 'pool': VARCHAR}
 )
-QUALIFY row_number() OVER (PARTITION BY robot, scene, pool, target_id ORDER BY filename) = 1;
+QUALIFY dense_rank() OVER (PARTITION BY robot, scene, pool, target_id ORDER BY filename) = 1;

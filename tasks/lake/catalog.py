@@ -4,30 +4,39 @@ from __future__ import annotations
 
 import glob
 import hashlib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import duckdb
 
-from plancurate.sql import load, names
+from plancurate.sql import load
 from plancurate.tasks.lake.parts import publish, temporary_path
+from plancurate.tasks.lake.schema import TABLES
 
 CATALOG_NAME = "catalog.duckdb"
 # DuckDB 1.4 and the tools built on it still open this; 2.0's own default they can't.
 _STORAGE_VERSION = "v1.2.0"
-_FIRST = "views/macros"
-_LAST = "views/waypoints"  # reads another view
+# In this order: waypoints reads another view.
+_QUERIES = ("views/macros", *(f"views/{name}" for name in TABLES), "views/waypoints")
 
 
-def define_views(connection: duckdb.DuckDBPyConnection, root: Path) -> None:
-    """Create lake_root(), the metric macros and all views in the connection's current database."""
-    for statement in _definitions(root):
-        connection.execute(statement)
+def define_views(connection: duckdb.DuckDBPyConnection, parts: Mapping[str, Sequence[Path]]) -> None:
+    """Create the metric macros and all views over these parts of each table, in memory.
+
+    Every look then sees the same parts, however many come and go meanwhile.
+    """
+    for name, paths in parts.items():
+        connection.execute(f"SET VARIABLE {name}_parts = $1", [[glob.escape(str(path)) for path in paths]])
+        connection.execute(f"CREATE MACRO {name}_parts() AS getvariable('{name}_parts')")
+    for query in _QUERIES:
+        connection.execute(load(query))
 
 
 def write_catalog(root: Path) -> Path:
     """Write root/catalog.duckdb unless it already says the same; it opens from any working folder."""
     path = root / CATALOG_NAME
-    digest = hashlib.sha256("".join(_definitions(root)).encode()).hexdigest()
+    statements = _catalog_statements(root)
+    digest = hashlib.sha256("".join(statements).encode()).hexdigest()
     if _digest_of(path) == digest:
         return path
     temporary = temporary_path(path)
@@ -37,8 +46,8 @@ def write_catalog(root: Path) -> Path:
                 f"ATTACH {_quoted(str(temporary))} AS built (STORAGE_VERSION '{_STORAGE_VERSION}')"
             )
             connection.execute("USE built")
-            define_views(connection, root)
-            connection.execute(f"CREATE MACRO catalog_digest() AS {_quoted(digest)}")
+            for statement in (*statements, f"CREATE MACRO catalog_digest() AS {_quoted(digest)}"):
+                connection.execute(statement)
             connection.execute("USE memory")
             connection.execute("DETACH built")
         publish(temporary, path)
@@ -47,11 +56,14 @@ def write_catalog(root: Path) -> Path:
     return path
 
 
-def _definitions(root: Path) -> list[str]:
-    # A view can't take bound parameters; this macro is the one place where a path enters SQL text.
-    folder = _quoted(glob.escape(str(root.resolve())))
-    views = [name for name in names("views") if name not in (_FIRST, _LAST)]
-    return [f"CREATE OR REPLACE MACRO lake_root() AS {folder}", *map(load, (_FIRST, *views, _LAST))]
+def _catalog_statements(root: Path) -> list[str]:
+    # A view can't take bound parameters; these macros are the one place where a path enters SQL text.
+    folder = glob.escape(str(root.resolve()))
+    places = [
+        f"CREATE MACRO {kind.name}_parts() AS {_quoted(f'{folder}/{kind.name}/{kind.pattern}')}"
+        for kind in TABLES.values()
+    ]
+    return [*places, *map(load, _QUERIES)]
 
 
 def _digest_of(path: Path) -> str | None:

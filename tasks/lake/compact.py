@@ -1,9 +1,9 @@
 """Merge the small parts of a partition into one, with readers and writers at work.
 
-The merged part appears at once beside the parts it holds; until those are gone, views keep one row of each
-identity, so that nothing is seen twice. Parts are removed only when the merged one has been there for a
-while: whoever lists the folder during a removal lists the merged part too, so that nothing is missed.
-A reader that listed a part just before its removal gets an error, not fewer rows; `Lake` then reads again.
+The merged part appears at once beside the parts it holds and names them in its footer; readers leave those
+out (`Lake`) or keep one row of each identity (catalog), so that nothing is seen twice. They are removed only
+when the merged part has been there for a while: whoever lists the folder during a removal lists the merged
+part too, so that nothing is missed.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from plancurate.tasks.lake.parts import MERGED_MARK, PART_PATTERN, read_footer, write_part
-from plancurate.tasks.lake.schema import Table, table
-from plancurate.tasks.lake.store import Lake, part_keys
+from plancurate.tasks.lake.parts import MERGED_MARK, merged_parts, part_keys, write_part
+from plancurate.tasks.lake.schema import PART_PATTERN, Table, table
+from plancurate.tasks.lake.store import Lake
 
 GRACE_S = 600.0  # far longer than any listing of a folder takes
 
@@ -41,8 +41,7 @@ def compact(
     try:
         removed = _remove_merged(folder, kind, time.time() - grace_s)
         parts = sorted(folder.glob(PART_PATTERN))
-        superseded = _superseded(parts, kind)
-        if sum(part.name not in superseded for part in parts) > 1:
+        if len(set(parts) - _inside(parts, kind)) > 1:
             _merge(folder, parts, kind, metadata)
     except FileNotFoundError:  # another process compacts the same partition and has got further
         return 0
@@ -68,17 +67,14 @@ def _rows(parts: list[Path], kind: Table) -> pa.Table:
 
 
 def _remove_merged(folder: Path, kind: Table, before: float) -> int:
-    """Remove parts that a merged part, written before that time, holds."""
+    """Remove parts that a merged part, there since before that time, holds."""
     settled = [part for part in folder.glob(PART_PATTERN) if part.stat().st_mtime <= before]
-    removed = [folder / name for name in _superseded(settled, kind) if (folder / name).exists()]
+    removed = [part for part in _inside(settled, kind) if part.exists()]
     for part in removed:
         part.unlink(missing_ok=True)
     return len(removed)
 
 
-def _superseded(parts: list[Path], kind: Table) -> set[str]:
-    found: set[str] = set()
-    for part in parts:
-        if MERGED_MARK in part.name:
-            found.update(json.loads(read_footer(part, kind)["supersedes"]))
-    return found
+def _inside(parts: list[Path], kind: Table) -> set[Path]:
+    """Parts that some of these hold."""
+    return {inner for part in parts for inner in merged_parts(part, kind)}

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import uuid
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake.schema import SCHEMA_VERSION, Table
+from plancurate.tasks.lake.schema import SCHEMA_VERSION, TABLES, Table
 
-PART_PATTERN = "part-*.parquet"
 # Hidden and without the suffix: neither our globs nor anyone's `*.parquet` can match a half-written file.
 TEMPORARY_PATTERN = ".*.tmp"
 MERGED_MARK = "~"  # not allowed in keys, so a merged part can't take another part's name
@@ -45,6 +46,7 @@ def temporary_path(path: Path) -> Path:
 def publish(temporary: Path, path: Path) -> None:
     """Make the finished temporary file appear under its name at once and for good."""
     _sync(temporary)
+    os.utime(temporary)  # the time of appearing, not that of the first byte: removing merged parts goes by it
     temporary.replace(path)
     _sync(path.parent)
 
@@ -84,35 +86,70 @@ def conform(table: Table, rows: pa.Table) -> pa.Table:
 def read_footer(path: Path, table: Table) -> dict[str, str]:
     """The part's own metadata; PlancurateError that says what is wrong when it is no part of this table."""
     try:
-        schema = pq.read_schema(path)
+        found = pq.read_metadata(path)
+    except FileNotFoundError:
+        raise
     except (pa.ArrowInvalid, OSError) as error:
-        if isinstance(error, FileNotFoundError):
-            raise
-        reason = str(error).splitlines()[0]
         raise PlancurateError(
-            f"{path}: no readable Parquet file ({reason}); remove it and run again"
+            f"{path}: no readable Parquet file ({str(error).splitlines()[0]}); remove it and run again"
         ) from None
-    footer = {k.decode(): v.decode() for k, v in (schema.metadata or {}).items() if k != b"ARROW:schema"}
-    _check_schema(path, table, schema, footer.get(VERSION_FIELD))
-    return {k.removeprefix("plancurate."): v for k, v in footer.items() if k.startswith("plancurate.")}
+    footer = {name.decode(): value.decode() for name, value in (found.metadata or {}).items()}
+    _check_version(path, footer.get(VERSION_FIELD))
+    if not found.schema.equals(_parquet_schema(table.name)):
+        _say_difference(path, table, found.schema.to_arrow_schema())
+    own = "plancurate."
+    return {name.removeprefix(own): value for name, value in footer.items() if name.startswith(own)}
 
 
-def _check_schema(path: Path, table: Table, schema: pa.Schema, version: str | None) -> None:
+def part_keys(path: Path, table: Table) -> list[str]:
+    """The part's key, or for a merged part those of all parts in it."""
+    key = path.name.removeprefix("part-").removesuffix(".parquet")
+    return _listed(path, table, "keys") if is_merged(path) else [key]
+
+
+def merged_parts(path: Path, table: Table) -> list[Path]:
+    """The parts that this part holds; none unless it is a merged one."""
+    return [path.with_name(name) for name in _listed(path, table, "supersedes")] if is_merged(path) else []
+
+
+def is_merged(path: Path) -> bool:
+    """Whether the part was made from other parts."""
+    return MERGED_MARK in path.name
+
+
+def _listed(path: Path, table: Table, field: str) -> list[str]:
+    try:
+        return list(json.loads(read_footer(path, table)[field]))
+    except FileNotFoundError:  # merged into another part, which lists the same and more
+        return []
+
+
+def _check_version(path: Path, version: str | None) -> None:
     if version is None:
-        raise PlancurateError(
-            f"{path}: not written by plancurate (no {VERSION_FIELD}); move it out of the lake"
-        )
+        raise PlancurateError(f"{path}: not written by plancurate (no {VERSION_FIELD}); move it away")
     if version != str(SCHEMA_VERSION):
         raise PlancurateError(
             f"{path}: schema version {version}, but this plancurate reads version {SCHEMA_VERSION}; "
             "use another home folder or the release that wrote it"
         )
+
+
+@cache
+def _parquet_schema(name: str) -> pq.ParquetSchema:
+    """A table's schema as Parquet has it: comparing this is four times faster than Arrow's reading of it."""
+    buffer = pa.BufferOutputStream()
+    pq.write_table(TABLES[name].schema.empty_table(), buffer)
+    return pq.read_metadata(pa.BufferReader(buffer.getvalue())).schema
+
+
+def _say_difference(path: Path, table: Table, schema: pa.Schema) -> None:
     for name in (*table.schema.names, *schema.names):
         if not _same(schema, table.schema, name):
             raise PlancurateError(
                 f"{path}: column {name} is {_kind(schema, name)}, the table {table.name} has "
                 f"{_kind(table.schema, name)}; move the file out of the lake"
             )
+    raise PlancurateError(f"{path}: its columns are in another order than those of the table {table.name}")
 
 
 def _same(one: pa.Schema, other: pa.Schema, name: str) -> bool:

@@ -9,6 +9,7 @@ import pyarrow as pa
 
 from plancurate.errors import UnknownNameError
 
+PART_PATTERN = "part-*.parquet"
 SCHEMA_VERSION = 1  # raise it with every change below: older parts are then refused, not misread
 
 
@@ -20,6 +21,11 @@ class Table:
     partition: tuple[str, ...]
     identity: tuple[str, ...]  # columns that tell two rows of one partition apart
     schema: pa.Schema
+
+    @property
+    def pattern(self) -> str:
+        """Where its parts lie below the table's folder."""
+        return "/".join([*(f"{level}=*" for level in self.partition), PART_PATTERN])
 
     @property
     def full_schema(self) -> pa.Schema:

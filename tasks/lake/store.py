@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import glob
-import json
 import time
-from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping
 from pathlib import Path
 
 import duckdb
@@ -16,16 +14,16 @@ from plancurate.errors import PlancurateError
 from plancurate.sql import load
 from plancurate.tasks.lake.catalog import define_views
 from plancurate.tasks.lake.parts import (
-    MERGED_MARK,
-    PART_PATTERN,
     TEMPORARY_PATTERN,
     conform,
+    merged_parts,
+    part_keys,
     part_path,
     read_footer,
     safe_name,
     write_part,
 )
-from plancurate.tasks.lake.schema import TABLES, Table, table
+from plancurate.tasks.lake.schema import PART_PATTERN, TABLES, Table, table
 
 # Every table holds one part without rows under this partition value, so that a view over an empty table
 # has its columns. '_' can't begin a partition value of anybody's.
@@ -38,8 +36,8 @@ class Lake:
     """Tables of Parquet parts under one folder, safe for any number of readers and writers at once."""
 
     def __init__(self, root: Path) -> None:
-        self.root = root.absolute()
-        self._checked: set[tuple[Path, int, int]] = set()  # parts already found sound: path, size, mtime
+        self.root = root.resolve()
+        self._sound: set[tuple[Path, int, int]] = set()  # parts already checked: path, size, mtime
 
     def folder(self, name: str, partition: Mapping[str, str]) -> Path:
         """The folder of a partition, all of whose levels must be given; ValueError otherwise."""
@@ -87,37 +85,36 @@ class Lake:
 
         PlancurateError for anything but a single SELECT (DESCRIBE, SUMMARIZE and SHOW count as such).
         """
-        with self.connect(locked=True) as connection:
-            try:
-                _require_select(connection, statement)
-                return connection.sql(statement).to_arrow_table()
-            except duckdb.Error as error:
-                raise PlancurateError(f"SQL: {str(error).splitlines()[0]}") from None
+        try:
+            return self._run(statement, {}, locked=True)
+        except duckdb.Error as error:
+            raise PlancurateError(f"SQL: {str(error).splitlines()[0]}") from None
 
     def connect(self, *, locked: bool = False) -> duckdb.DuckDBPyConnection:
-        """An in-memory DuckDB connection with all views, every part checked; the caller closes it.
+        """An in-memory DuckDB connection with all views over the parts of now; the caller closes it.
 
-        `locked` shuts out every file outside the lake and freezes the settings.
+        Every part is checked. `locked` shuts out every file outside the lake and freezes the settings.
         """
         if not self.root.is_dir():
             raise PlancurateError(f"no lake at {self.root}: generate one first or name another home folder")
         self._lay_out()
-        self.check()
+        parts = self.check()
         connection = duckdb.connect(config={"temp_directory": str(self.root / ".spill")})
         connection.execute("SET TimeZone = 'UTC'")
-        define_views(connection, self.root)
+        define_views(connection, parts)
         if locked:
-            folder = f"{self.root.resolve()}/"
+            folder = f"{self.root}/"
             connection.execute("SET allowed_directories = [$1, $2]", [folder, glob.escape(folder)])
             connection.execute("SET enable_external_access = false")
             connection.execute("SET lock_configuration = true")
         return connection
 
-    def check(self) -> None:
-        """PlancurateError for the first part that is torn, foreign or of another schema version."""
-        new = [(path, kind) for kind in TABLES.values() for path in self._parts(kind)]
-        with ThreadPoolExecutor(4) as pool:
-            list(pool.map(lambda item: self._check_part(*item), new))
+    def check(self) -> dict[str, list[Path]]:
+        """Parts of each table without those merged into another one, which may vanish at any time.
+
+        PlancurateError for a part that is torn, foreign or of another schema version.
+        """
+        return {name: self._sound_parts(kind) for name, kind in TABLES.items()}
 
     def sweep(self, older_than_s: float = _STALE_AFTER_S) -> list[Path]:
         """Remove temporary files that killed processes left behind; returns their paths."""
@@ -127,32 +124,32 @@ class Lake:
             path.unlink(missing_ok=True)
         return stale
 
-    def _run(self, statement: str, parameters: Mapping[str, object]) -> pa.Table:
-        for attempt in range(_READ_ATTEMPTS):
+    def _run(self, statement: str, parameters: Mapping[str, object], *, locked: bool = False) -> pa.Table:
+        for attempts_left in reversed(range(_READ_ATTEMPTS)):
             try:
-                with self.connect() as connection:
+                with self.connect(locked=locked) as connection:
+                    if locked:
+                        _require_select(connection, statement)
                     return connection.sql(statement, params=dict(parameters) or None).to_arrow_table()
-            except (
-                duckdb.IOException,
-                FileNotFoundError,
-            ):  # a part was merged between listing and opening it
-                if attempt == _READ_ATTEMPTS - 1:
+            except (duckdb.IOException, FileNotFoundError):  # a listed part was merged before it was opened
+                if not attempts_left:
                     raise
         raise AssertionError("unreachable")
 
-    def _parts(self, kind: Table) -> Iterator[Path]:
-        levels = "/".join(f"{level}=*" for level in kind.partition)
-        yield from (self.root / kind.name).glob(f"{levels}/{PART_PATTERN}")
+    def _sound_parts(self, kind: Table) -> list[Path]:
+        found = sorted((self.root / kind.name).glob(kind.pattern))
+        inside = {part for path in found for part in merged_parts(path, kind)}
+        parts = [path for path in found if path not in inside]
+        for path in parts:
+            self._check_part(path, kind)
+        return parts
 
     def _check_part(self, path: Path, kind: Table) -> None:
-        try:
-            stat = path.stat()
-            mark = (path, stat.st_size, stat.st_mtime_ns)
-            if mark not in self._checked:
-                read_footer(path, kind)
-                self._checked.add(mark)
-        except FileNotFoundError:
-            return  # merged into another part since it was listed
+        stat = path.stat()
+        mark = (path, stat.st_size, stat.st_mtime_ns)
+        if mark not in self._sound:
+            read_footer(path, kind)
+            self._sound.add(mark)
 
     def _lay_out(self) -> None:
         """Give every table its part without rows."""
@@ -164,17 +161,6 @@ class Lake:
     def _join(self, kind: Table, values: list[str]) -> Path:
         levels = [f"{level}={value}" for level, value in zip(kind.partition, values, strict=True)]
         return self.root.joinpath(kind.name, *levels)
-
-
-def part_keys(path: Path, kind: Table) -> list[str]:
-    """The part's key, or for a merged part those of all parts in it; none if it has just been removed."""
-    key = path.name.removeprefix("part-").removesuffix(".parquet")
-    if MERGED_MARK not in key:
-        return [key]
-    try:
-        return list(json.loads(read_footer(path, kind)["keys"]))
-    except FileNotFoundError:
-        return []
 
 
 def _require_select(connection: duckdb.DuckDBPyConnection, statement: str) -> None:

@@ -6,12 +6,15 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
+import duckdb
 import pyarrow as pa
 import pytest
 
 from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.lake.compact import compact
 from plancurate.tasks.lake.schema import table
 
@@ -20,9 +23,11 @@ PARTS = 40
 
 
 def rows(first: int, count: int = 2) -> pa.Table:
-    one = {"x": 1.0, "y": 0.0, "z": 0.5, "goals": [[0.1, 0.2]]}
+    same = {"y": 0.0, "z": 0.5, "goals": [[0.1, 0.2]]}
     ids = range(first, first + count)
-    return pa.Table.from_pylist([{"target_id": i, **one} for i in ids], table("targets").schema)
+    return pa.Table.from_pylist(
+        [{"target_id": i, "x": float(i), **same} for i in ids], table("targets").schema
+    )
 
 
 def fill(lake: Lake, first: int, parts: int) -> None:
@@ -98,23 +103,36 @@ def test_trajectories_keep_their_waypoints(small_lake: Lake) -> None:
     assert small_lake.read("trajectories", partition).equals(before)
 
 
-def read_on(root: str) -> None:
+def look_through_lake(root: Path) -> list[int]:
+    return list(Lake(root / "lake").read("targets", POOL)["target_id"].to_pylist())
+
+
+def look_through_catalog(root: Path) -> list[int]:
+    """What another tool sees; only an error may tell it that a part has gone."""
+    while True:
+        try:
+            with duckdb.connect(str(root / "lake" / "catalog.duckdb"), read_only=True) as connection:
+                found = connection.sql("SELECT * FROM targets WHERE robot = 'h2017' ORDER BY target_id")
+                return [row[3] for row in found.fetchall() if row[3] == row[4]]
+        except duckdb.IOException:
+            continue
+
+
+def read_on(root: Path, look: Callable[[Path], list[int]]) -> None:
     """Read until told to stop; every look must show the first rows once each and no row twice."""
-    lake = Lake(Path(root) / "lake")
-    reads = 0
-    while not (Path(root) / "stop").exists():
-        ids = lake.read("targets", POOL)["target_id"].to_pylist()
-        assert ids == list(range(len(ids)))
-        assert len(ids) >= 2 * PARTS
-        reads += 1
-    sys.stdout.write(str(reads))
+    with (root / f"looks-{look.__name__}").open("a", buffering=1) as looks:
+        while not (root / "stop").exists():
+            ids = look(root)
+            assert ids == list(range(len(ids)))
+            assert len(ids) >= 2 * PARTS
+            looks.write("one\n")
 
 
-def write_on(root: str) -> None:
+def write_on(root: Path) -> None:
     """Add parts until told to stop."""
-    lake = Lake(Path(root) / "lake")
+    lake = Lake(root / "lake")
     part = PARTS
-    while not (Path(root) / "stop").exists():
+    while not (root / "stop").exists():
         fill(lake, part, 1)
         part += 1
         time.sleep(0.02)
@@ -123,20 +141,24 @@ def write_on(root: str) -> None:
 def test_readers_at_work_see_every_row_once(tmp_path: Path) -> None:
     lake = Lake(tmp_path / "lake")
     fill(lake, 0, PARTS)
-    at_work = [
-        subprocess.Popen([sys.executable, __file__, job, str(tmp_path)], stdout=subprocess.PIPE)
-        for job in ("read", "read", "write")
-    ]
-    removed, end = 0, time.monotonic() + 10
-    while time.monotonic() < end:
+    write_catalog(lake.root)
+    jobs = ("look_through_lake", "look_through_catalog", "write_on")
+    at_work = [subprocess.Popen([sys.executable, __file__, job, str(tmp_path)]) for job in jobs]
+    removed, looks, end = 0, 0, time.monotonic() + 40
+    while (removed < 2 * PARTS or looks < 20) and time.monotonic() < end:
         removed += compact(lake, "targets", POOL, {}, grace_s=0.5)
+        looks = min((len(path.read_text().split()) for path in tmp_path.glob("looks-*")), default=0)
         time.sleep(0.05)
     (tmp_path / "stop").touch()
-    seen = [process.communicate(timeout=30)[0] for process in at_work]
-    assert [process.returncode for process in at_work] == [0, 0, 0]
-    assert removed > 2 * PARTS
-    assert all(int(reads) > 10 for reads in seen[:2])
+    assert [process.wait(timeout=30) for process in at_work] == [0, 0, 0]
+    assert len(list(tmp_path.glob("looks-*"))) == 2
+    assert removed >= PARTS
+    assert looks >= 5
 
 
 if __name__ == "__main__":
-    {"read": read_on, "write": write_on}[sys.argv[1]](sys.argv[2])
+    place = Path(sys.argv[2])
+    if sys.argv[1] == "write_on":
+        write_on(place)
+    else:
+        read_on(place, {f.__name__: f for f in (look_through_lake, look_through_catalog)}[sys.argv[1]])
