@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 POOL = "plancurate"
 PREFECT_PORT = 4200
 MLFLOW_PORT = 5000
+MLFLOW_PAGE = "#/experiments?workflowType=machine_learning"
 START_TIMEOUT_S = 120.0
 DEPLOY = [sys.executable, "-m", "prefect", "--no-prompt", "deploy", "--all"]
 
@@ -174,7 +175,7 @@ def _check(services: Mapping[str, subprocess.Popen[bytes]], home: Home) -> None:
 def _overview(home: Home, prefect_url: str, mlflow_url: str) -> Table:
     shown = Table(box=None, pad_edge=False, show_header=False)
     shown.add_row("[bold]Prefect[/]", prefect_url, "runs, schedules; start one under Deployments")
-    shown.add_row("[bold]MLflow[/]", mlflow_url, "studies, their runs and models")
+    shown.add_row("[bold]MLflow[/]", f"{mlflow_url}/{MLFLOW_PAGE}", "studies, their runs and models")
     shown.add_row("[bold]Home[/]", str(home.root), "lake, databases, log files in prefect/")
     shown.add_row("", "", "Ctrl-C stops everything")
     return shown

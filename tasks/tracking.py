@@ -30,6 +30,13 @@ NOTE = "mlflow.note.content"
 PARENT = "mlflow.parentRunId"
 STUDY_KEY = "plancurate.study_key"
 EVALUATION = "plancurate.evaluation_id"
+VIEW = "mlflow.sharedViewState.results"  # a saved view of the page of runs, opened by a link to its name
+VIEW_LINK = "#/experiments/{}/runs?viewStateShareKey=results&workflowType=machine_learning"
+VIEW_COLUMNS = {
+    "params": ("selector", "budget", "policy", "seed"),
+    "metrics": ("success_rate", "success_rate_ci_low", "success_rate_ci_high", "settled_rate",
+                "final_distance", "path_length", "joint_movement", "selection_time_s", "train_time_s"),
+}  # fmt: skip
 MODEL_LOADER = "plancurate.tasks.policies.serving"
 REQUIREMENTS = ["plancurate"]  # given: working them out would load the model in a process of its own
 MAX_NOTE = 5000  # MLflow cuts longer tags of an experiment off in silence
@@ -164,7 +171,8 @@ def finish_study(
     if table:
         client.log_text(study.run_id, table, "results.md")
         client.set_tag(study.run_id, NOTE, _shortened(table))
-        client.set_experiment_tag(study.experiment_id, NOTE, _shortened(table))
+        link = f"[All runs, best first]({VIEW_LINK.format(study.experiment_id)})"
+        client.set_experiment_tag(study.experiment_id, NOTE, _shortened(f"{link}\n\n{table}"))
     client.set_terminated(study.run_id, status)
 
 
@@ -201,10 +209,19 @@ def _experiment(client: MlflowClient, uri: str, artifacts: Path, name: str) -> s
     known = client.get_experiment_by_name(name)
     if known is None:
         place = artifacts.absolute().as_uri() if uri.startswith("sqlite:") else None
-        return str(client.create_experiment(name, artifact_location=place))
+        tags = {"mlflow.experimentKind": "custom_model_development", VIEW: _view()}
+        return str(client.create_experiment(name, artifact_location=place, tags=tags))
     if known.lifecycle_stage == "deleted":
         client.restore_experiment(known.experiment_id)
     return str(known.experiment_id)
+
+
+def _view() -> str:
+    """State of the page of runs that shows the children, best first, with what one compares them by."""
+    columns = [f"{kind}.`{name}`" for kind, names in VIEW_COLUMNS.items() for name in names]
+    only_children = "metrics.success_rate >= 0"
+    order = {"orderByKey": "metrics.`success_rate`", "orderByAsc": False}
+    return json.dumps({"searchFilter": only_children, "selectedColumns": columns, **order})
 
 
 def _logged(client: MlflowClient, experiment_id: str, parent: str) -> frozenset[str]:

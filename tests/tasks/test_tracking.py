@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+import re
 import shutil
 import subprocess
 import sys
@@ -168,8 +170,26 @@ def test_the_results_table_becomes_the_description(begin: Callable[..., StudyRun
     run = client.get_run(study.run_id)
     assert run.info.status == "FINISHED"
     assert run.data.tags["mlflow.note.content"].startswith("| selector")
-    assert client.get_experiment(study.experiment_id).tags["mlflow.note.content"].startswith("| selector")
+    assert "\n\n| selector" in client.get_experiment(study.experiment_id).tags["mlflow.note.content"]
     assert run.data.metrics == {"best_success_rate": 0.9}
+
+
+def test_the_experiment_links_to_a_view_of_its_runs_whose_columns_exist(
+    begin: Callable[..., StudyRun], child: ChildRun
+) -> None:
+    from mlflow import MlflowClient
+
+    study = begin()
+    tracking.log_child(study, replace(child, metrics=dict.fromkeys(tracking.VIEW_COLUMNS["metrics"], 0.5)))
+    tracking.finish_study(study, "table", {})
+    tags = MlflowClient(study.uri).get_experiment(study.experiment_id).tags
+    (shared,) = re.findall(r"viewStateShareKey=(\w+)", tags["mlflow.note.content"])
+    view = json.loads(tags[f"mlflow.sharedViewState.{shared}"])
+    (run,) = MlflowClient(study.uri).search_runs([study.experiment_id], view["searchFilter"])
+    logged = {f"params.`{name}`" for name in run.data.params} | {
+        f"metrics.`{name}`" for name in run.data.metrics
+    }
+    assert {view["orderByKey"], *view["selectedColumns"]} <= logged
 
 
 def test_a_long_table_is_cut_between_lines_and_kept_whole_as_a_file(
@@ -226,7 +246,9 @@ def test_a_file_that_is_no_database_is_said_in_one_line(
 
 
 def test_processes_that_start_at_once_all_get_a_store(tmp_path: Path) -> None:
-    code = "from pathlib import Path; from plancurate.tasks.tracking import *; ensure_store(Path('mlflow.db'))"
+    code = (
+        "import pathlib as p; from plancurate.tasks import tracking as t; t.ensure_store(p.Path('mlflow.db'))"
+    )
     command = [sys.executable, "-c", code]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     started = [subprocess.Popen(command, cwd=tmp_path, **pipes) for _ in range(2)]
