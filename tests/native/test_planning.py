@@ -136,7 +136,8 @@ import numpy as np
 from plancurate import native
 
 def shapes(kind, size):
-    return dict(shape_kinds=np.array([kind], np.int32), shape_poses=np.eye(4)[None], shape_sizes=np.array([size]))
+    poses = np.eye(4)[None]
+    return dict(shape_kinds=np.array([kind], np.int32), shape_poses=poses, shape_sizes=np.array([size]))
 
 robot = native.Robot(
     origins=np.repeat(np.eye(4)[None], 3, 0), axes=np.eye(3), prismatic=np.ones(3, bool), tool=np.eye(4),
@@ -269,12 +270,14 @@ def test_parameters_that_ompl_can_not_live_with_are_a_result_with_a_reason(free)
     assert "radius_multiplier" in result.reason
 
 
-NO_BUDGET = native.Budget(state_checks=0, polls=1, seconds=1)
-
-
 @pytest.mark.parametrize(
     "change",
-    [{"start": HOME[:5]}, {"goals": GOALS[:, :5].copy()}, {"goals": GOALS[:0]}, {"budget": NO_BUDGET}],
+    [
+        {"start": HOME[:5]},
+        {"goals": GOALS[:, :5].copy()},
+        {"goals": GOALS[:0]},
+        {"budget": native.Budget(state_checks=0, polls=1, seconds=1)},
+    ],
 )
 def test_arguments_of_the_wrong_shape_or_size_are_errors(change, free):
     with pytest.raises(ValueError, match=r"start|goals|budget"):
