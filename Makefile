@@ -7,7 +7,7 @@ PYTHON ?= python3
 VENV ?= .venv
 PRESET ?= quick
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip --disable-pip-version-check -q
+PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
 ROOMS := package robots tasks sql flows
 NATIVE := $(wildcard native/*.cpp native/*.hpp native/*.pyi native/CMakeLists.txt)
 

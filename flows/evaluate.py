@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 
 import pyarrow as pa
+import torch
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
@@ -40,7 +41,8 @@ def evaluate(config: StudyConfig, home: str | None = None) -> None:
     kinds = [policy for policy in config.policies if any(network.policy == policy for network in missing)]
     with stage("evaluate", len(missing) * len(tests), "rollouts") as bar:
         calls = ((place, policy, [n for n in missing if n.policy == policy], tests, bar) for policy in kinds)
-        run_all(evaluate_policy, calls, in_flight=1)
+        torch.set_num_threads(1)
+        run_all(evaluate_policy, calls, config.workers)
 
 
 @task(

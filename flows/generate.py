@@ -41,13 +41,17 @@ def generate(config: StudyConfig, home: str | None = None) -> None:
     Doing it again plans only what is missing; a larger study reuses what a smaller one left.
     """
     place = Workplace(config, Home.resolve(home))
+    place.lake.sweep()
     targets = sample(place)
     parts = missing_parts(place, targets)
     runs = config.candidates.plan.runs * sum(len(part.targets) for part in parts)
     if parts:
-        with FinishPool(
-            config.robot, config.scene, config.candidates.timing, config.candidates.verify, config.workers
-        ) as finish, stage("plan", runs, "runs") as bar:
+        with (
+            FinishPool(
+                config.robot, config.scene, config.candidates.timing, config.candidates.verify, config.workers
+            ) as finish,
+            stage("plan", runs, "runs") as bar,
+        ):
             calls = ((place, part, part.planner, part.label, finish, bar) for part in parts)
             run_all(plan_part, calls, config.workers)
     if missing := missing_parts(place, targets):
@@ -91,14 +95,10 @@ def missing_parts(place: Workplace, targets: list[Target]) -> list[Part]:
     cache_policy=NO_CACHE,
     persist_result=False,
 )
-def plan_part(
-    place: Workplace, part: Part, planner: str, label: str, finish: FinishPool, bar: Bar
-) -> None:
+def plan_part(place: Workplace, part: Part, planner: str, label: str, finish: FinishPool, bar: Bar) -> None:
     """Plan, time and verify one part and write it to the lake; runs without a solution are rows with a reason."""
     rows, _ = generate_candidates(
         place.robot, place.scene, list(part.targets), planner, place.config.candidates, finish
     )
-    place.lake.write(
-        "trajectories", {**place.partition, "planner": planner}, label, rows, place.metadata
-    )
+    place.lake.write("trajectories", {**place.partition, "planner": planner}, label, rows, place.metadata)
     bar.advance(rows.num_rows, rows["solved"].to_pylist().count(False))

@@ -14,6 +14,7 @@ from plancurate.flows.progress import Bar, stage
 from plancurate.flows.show import as_json, as_markdown, matrix_markdown
 from plancurate.flows.train import Network, networks
 from plancurate.flows.workplace import Workplace
+from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.policies import load_policy
 from plancurate.tasks.results import ResultRow, result_rows, summary_rows
 from plancurate.tasks.tracking import ChildRun, StudyRun, ensure_store, finish_study, log_child, start_study
@@ -32,6 +33,7 @@ def publish(config: StudyConfig, home: str | None = None) -> None:
     with stage("track", len(trained), "runs") as bar:
         track(place, run, trained, rows, bar)
     table = write_tables(place)
+    write_catalog(place.lake.root)
     best = summary_rows(place.lake, study_folder(config))[0]
     finish_study(run, table, {"best_success_rate": best.success_rate, "networks": float(len(trained))})
 

@@ -108,6 +108,16 @@ def _client_settings(home: Home, url: str) -> dict[str, str]:
 
 
 def _configured_url() -> str | None:
+    """The API URL that the environment or one of Prefect's files sets."""
+    if not any(name in os.environ for name in ("PREFECT_API_URL", "PREFECT_PROFILE")):
+        profiles = Path(os.environ.get("PREFECT_HOME", "~/.prefect")).expanduser() / "profiles.toml"
+        files = (Path(os.environ.get("PREFECT_PROFILES_PATH", profiles)), Path(".env"), Path("prefect.toml"))
+        pyproject = Path("pyproject.toml")
+        described = pyproject.exists() and "[tool.prefect" in pyproject.read_text()
+        if not described and not any(file.exists() for file in files):
+            return (
+                None  # known without importing Prefect, which takes as long as a third of the server's start
+            )
     from prefect.settings import PREFECT_API_URL
 
     url: str | None = PREFECT_API_URL.value()

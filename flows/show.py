@@ -14,24 +14,17 @@ PERCENT = ("success_rate", "ci_low", "ci_high", "settled_rate")
 
 
 def matrix(rows: Sequence[ResultRow], summaries: Sequence[SummaryRow], title: str) -> Table:
-    """Success in percent, a row a selection and a column a policy, best selection first."""
-    shown = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    """Success in percent, a row a selection and a column a policy, best selection first; 80 characters wide."""
+    shown = Table(title=title, title_justify="left", box=None, padding=(0, 1, 0, 0), header_style="bold")
     policies = sorted({row.policy for row in rows})
-    names = [policy.replace("RNN_", "RNN_\n") for policy in policies]  # 80 columns hold the table
-    for column in ("selector", "k", *names, "all [95 %]", "vs\nGeneral", "settled"):
+    names = [policy.replace("RNN_", "RNN_\n") for policy in policies]
+    for column in ("selector", "k", *names, "all policies", "settled"):
         shown.add_column(column, justify="left" if column == "selector" else "right", no_wrap=True)
     for summary in summaries:
         cells = [percent(rate(rows, summary, policy)) for policy in policies]
-        interval = f"[{100 * summary.ci_low:.0f}, {100 * summary.ci_high:.0f}]"
-        overall = f"[bold]{percent(summary.success_rate)}[/] [dim]\\{interval}[/]"
-        shown.add_row(
-            summary.selector,
-            budget(summary),
-            *cells,
-            overall,
-            summary.stars or "",
-            percent(summary.settled_rate),
-        )
+        low, high = 100 * summary.ci_low, 100 * summary.ci_high
+        overall = f"[bold]{percent(summary.success_rate)}[/] {summary.stars or '':<3} [dim]\\[{low:.0f},{high:.0f}][/]"
+        shown.add_row(summary.selector, budget(summary), *cells, overall, percent(summary.settled_rate))
     return shown
 
 

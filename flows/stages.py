@@ -46,7 +46,9 @@ def evaluate(options: StudyOptions = StudyOptions()) -> None:
 def run(name: str, options: StudyOptions) -> None:
     """Run the flow of that name on a Prefect server: the configured one, or one of our own for the time of it."""
     config, home = options.study(), options.folder()
-    Workplace(config, home)  # a robot or scene that can't be loaded is said before anything is started or written
+    Workplace(
+        config, home
+    )  # a robot or scene that can't be loaded is said before anything is started or written
     module = f"plancurate.flows.{name}"
     console.print(f"[bold]{name} {config.name}[/]  [dim]{home.root}[/]", highlight=False)
     with ExitStack() as stack:
@@ -61,8 +63,14 @@ def show_results(config: StudyConfig, home: Home) -> None:
     rows, summaries = result_rows(lake, folder), summary_rows(lake, folder)
     output.print()
     output.print(matrix(rows, summaries, f"Success in percent, {rows[0].n} tests a cell"))
-    best = ", ".join(f"{row.selector} {100 * row.success_rate:.1f} %" for row in summaries[:3])
-    output.print(f"\nbest three  {best}", highlight=False)
-    output.print(f"reports     {home.reports / config.name}", highlight=False)
-    output.print('the lake    plancurate sql "SELECT * FROM evaluations LIMIT 5"', highlight=False)
-    output.print("pages       make serve  (Prefect and MLflow on 127.0.0.1)", highlight=False)
+    output.print(
+        "\\[95 % interval]; *, **, ***: differs from General with p < 0.05, 0.01, 0.001", style="dim"
+    )
+    best = ", ".join(f"{row.selector} {100 * row.success_rate:.1f}" for row in summaries[:3])
+    for what, where in (
+        ("best", best),
+        ("report", f"{home.reports / config.name}"),
+        ("lake", 'plancurate sql "SELECT * FROM evaluations LIMIT 5"'),
+        ("pages", "make serve (Prefect and MLflow on 127.0.0.1)"),
+    ):
+        output.print(f"{what:<7} {where}", highlight=False, soft_wrap=True)

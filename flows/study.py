@@ -17,7 +17,9 @@ from plancurate.tasks.tracking import ensure_store
 @flow(name="study", flow_run_name="study {config.name}")
 def study(config: StudyConfig, home: str | None = None) -> None:
     """Plan, curate, train, evaluate and publish; every stage does only what the home folder lacks."""
-    ensure_store(Home.resolve(home).mlflow_db)  # a tracking server that is away is said now, not after the work
+    ensure_store(
+        Home.resolve(home).mlflow_db
+    )  # a tracking server that is away is said now, not after the work
     generate(config, home)
     curate(config, home)
     train(config, home)

@@ -11,6 +11,7 @@ from pathlib import Path
 from uuid import uuid4
 
 import numpy as np
+import torch
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
@@ -46,7 +47,10 @@ def train(config: StudyConfig, home: str | None = None) -> None:
     kinds = [policy for policy in config.policies if any(network.policy == policy for network in missing)]
     with stage("train", len(missing), "networks") as bar:
         calls = ((place, pool, policy, [n for n in missing if n.policy == policy], bar) for policy in kinds)
-        run_all(train_policy, calls, in_flight=1)
+        torch.set_num_threads(
+            1
+        )  # a policy a core: threads inside one small network spin more than they compute
+        run_all(train_policy, calls, config.workers)
 
 
 @task(

@@ -271,7 +271,7 @@ def _log_dataset(client: MlflowClient, run_id: str, child: ChildRun) -> None:
     }
     data = Dataset(
         name=child.selection,
-        digest=child.selection_id,
+        digest=f"{child.pool_hash}-{child.selection_id.rpartition('-')[2]}",  # MLflow takes 36 characters
         source_type="plancurate lake",
         source=json.dumps(identity),
         profile=json.dumps(identity),
