@@ -78,7 +78,7 @@ bool suits(const std::string& name, const std::string& value, const std::string&
     } catch (const std::exception&) {
         return false;
     }
-    if (read != value.size() || std::isnan(number)) return false;
+    if (read != value.size() || !std::isfinite(number)) return false;
     if (name == "range" && number != 0 && number < shortest_range) return false;
     const std::size_t first = suggestion.find(':'), last = suggestion.rfind(':');
     if (first == std::string::npos) return true;
@@ -93,9 +93,13 @@ void set(ob::ParamSet& declared, const std::string& planner, const std::string& 
                                     (names.empty() ? "none" : joined(names)));
     if (declared.getParam(name)->getValue() == value) return;  // some of OMPL's own defaults are outside its ranges
     const std::string suggestion = declared.getParam(name)->getRangeSuggestion();
-    if (!suits(name, value, suggestion) || !declared.setParam(name, value))
-        throw std::invalid_argument(planner + "." + name + " = '" + value + "' is not a value that it takes" +
-                                    (suggestion.empty() ? "" : "; its range is " + suggestion));
+    std::string valid = suggestion.empty() ? "" : "; its range is " + suggestion;
+    try {
+        if (suits(name, value, suggestion) && declared.setParam(name, value)) return;
+    } catch (const std::exception& error) {
+        valid = std::string("; ") + error.what();
+    }
+    throw std::invalid_argument(planner + "." + name + " = '" + value + "' is not a value that it takes" + valid);
 }
 
 }  // namespace

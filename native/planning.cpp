@@ -12,6 +12,7 @@
 #include <ompl/config.h>
 #include <ompl/geometric/PathGeometric.h>
 #include <ompl/geometric/PathSimplifier.h>
+#include <ompl/util/Exception.h>
 
 namespace plancurate {
 
@@ -116,14 +117,15 @@ public:
         problem_ = make_problem(query, entry.optimizing, seeds_, meter_);
         planner_ = make_planner(entry, problem_->getSpaceInformation(), params);
         planner_->setProblemDefinition(problem_);
+        try {
+            planner_->setup();
+        } catch (const ompl::Exception& error) {  // parameters that don't go together
+            throw std::invalid_argument(planner + ": " + error.what());
+        }
     }
 
     void solve(Result& result) {
         try {
-            {
-                const SeededSection seeded(seeds_);
-                planner_->setup();
-            }
             planner_->solve(ob::PlannerTerminationCondition([this] { return meter_.spent(); }));
         } catch (const std::exception& error) {
             result.reason = std::string("the planner failed: ") + error.what();

@@ -12,7 +12,7 @@ namespace {
 
 // OMPL's FMT takes the last of a state's neighbours without asking whether there is one.
 void require_neighbours(bool nearest_k, bool extended, double multiplier, unsigned samples, double dimension) {
-    if (extended && !nearest_k) throw ompl::Exception("use_k_nearest 0 needs extended_fmt 0");
+    if (extended && !nearest_k) throw ompl::Exception("taking neighbours by distance instead of number needs extended_fmt 0");
     const double k = std::pow(2 * multiplier, dimension) * std::exp(1.0) / dimension * std::log(samples);
     if (nearest_k && k <= 1) throw ompl::Exception("radius_multiplier or num_samples is too small to give neighbours");
 }
@@ -26,6 +26,12 @@ ob::ProblemDefinitionPtr with_one_goal(const ob::ProblemDefinition& problem, con
 }
 
 }  // namespace
+
+void RRTstar::setup() {
+    if (useOrderedSampling_ && !useInformedSampling_ && !useRejectionSampling_)  // OMPL would read a null pointer
+        throw ompl::Exception("ordered_sampling 1 needs informed_sampling 1 or sample_rejection 1");
+    og::RRTstar::setup();
+}
 
 ob::PlannerStatus LBTRRT::solve(const ob::PlannerTerminationCondition& ptc) {
     // OMPL's 1.5 leaves the root's lower bound uninitialised, so the root is put in here.
@@ -44,13 +50,17 @@ ob::PlannerStatus LBTRRT::solve(const ob::PlannerTerminationCondition& ptc) {
         ob::PlannerTerminationCondition([this, &ptc, threshold] { return ptc() || bestCost_ < threshold; }));
 }
 
-ob::PlannerStatus FMT::solve(const ob::PlannerTerminationCondition& ptc) {
+void FMT::setup() {
     require_neighbours(nearestK_, extendedFMT_, radiusMultiplier_, numSamples_, si_->getStateDimension());
-    return og::FMT::solve(ptc);
+    og::FMT::setup();
+}
+
+void BFMT::setup() {
+    require_neighbours(nearestK_, extendedFMT_, radiusMultiplier_, numSamples_, si_->getStateDimension());
+    og::BFMT::setup();
 }
 
 ob::PlannerStatus BFMT::solve(const ob::PlannerTerminationCondition& ptc) {
-    require_neighbours(nearestK_, extendedFMT_, radiusMultiplier_, numSamples_, si_->getStateDimension());
     const ob::ProblemDefinitionPtr whole = pdef_;
     const auto& goals = *whole->getGoal()->as<ob::GoalStates>();
     for (std::size_t i = 0; !ptc(); ++i) {

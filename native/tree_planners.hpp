@@ -30,6 +30,8 @@ struct RRTstar : og::RRTstar {
     explicit RRTstar(const ob::SpaceInformationPtr& si) : og::RRTstar(si) {
         nn_ = std::make_shared<StableNearest<Motion*>>();
     }
+
+    void setup() override;
 };
 
 struct TRRT : og::TRRT {
@@ -78,7 +80,7 @@ struct FMT : og::FMT {
         nn_ = std::make_shared<StableNearest<Motion*>>();
     }
 
-    ob::PlannerStatus solve(const ob::PlannerTerminationCondition& ptc) override;
+    void setup() override;
 };
 
 struct BFMT : og::BFMT {
@@ -86,6 +88,8 @@ struct BFMT : og::BFMT {
         nn_ = std::make_shared<StableNearest<BiDirMotion*>>();
         precomputeNN_ = true;  // without it OMPL's 1.5 looks into neighbourhoods that were never found
     }
+
+    void setup() override;
 
     // OMPL's goes wrong with more than one goal. This one takes them in turn, and where all have failed it starts
     // again with twice the samples.

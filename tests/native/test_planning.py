@@ -264,10 +264,23 @@ def test_parameters_change_the_run(blocked):
     assert solve(blocked, "RRT", range="0.2").polls != solve(blocked, "RRT").polls
 
 
-def test_parameters_that_ompl_can_not_live_with_are_a_result_with_a_reason(free):
-    result = solve(free, "FMT", radius_multiplier="0.1")
-    assert (result.status, result.termination) == ("none", "planner")
-    assert "radius_multiplier" in result.reason
+@pytest.mark.parametrize(
+    ("planner", "params", "message"),
+    [
+        ("FMT", {"radius_multiplier": "0.1"}, "FMT: radius_multiplier or num_samples is too small"),
+        ("BFMT", {"nearest_k": "0", "extended_fmt": "1"}, "BFMT: .* needs extended_fmt 0"),
+        ("RRTstar", {"ordered_sampling": "1"}, "RRTstar: ordered_sampling 1 needs informed_sampling 1"),
+        (
+            "KPIECE1",
+            {"border_fraction": "0"},
+            "KPIECE1.border_fraction = '0' is not a value that it takes; The",
+        ),
+        ("KPIECE1", {"min_valid_path_fraction": "2"}, "KPIECE1: .* must be in the range"),
+    ],
+)
+def test_parameters_that_do_not_go_together_are_an_error(planner, params, message, free):
+    with pytest.raises(ValueError, match=message):
+        solve(free, planner, **params)
 
 
 @pytest.mark.parametrize(
