@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 from uuid import UUID
 
 from prefect.artifacts import create_progress_artifact, create_table_artifact, update_progress_artifact
@@ -18,9 +18,8 @@ class ProgressArtifact:
         self._shown = 0.0
         self._id: UUID | None = None
         if FlowRunContext.get() is not None:
-            self._id = create_progress_artifact(
-                0.0, key=f"{title}-progress", description=f"Progress of {title}"
-            )
+            created = create_progress_artifact(0.0, f"{title}-progress", f"Progress of {title}")
+            self._id = cast("UUID", created)  # without an event loop the call is an ordinary one
 
     def show(self, share: float) -> None:
         """Update the page once another twentieth is done: each update costs a request."""

@@ -18,7 +18,7 @@ app = App(
     version=__version__,
     help="Turn motion planners into imitation-learning data and see which of it is worth training on.",
 )
-for _name in ("study", "generate", "curate", "train", "evaluate"):
+for _name in ("study", "generate", "curate", "train", "evaluate", "compact"):
     app.command(f"plancurate.flows.stages:{_name}", name=_name)
 for _name in ("report", "sql"):
     app.command(f"plancurate.flows.answers:{_name}", name=_name)

@@ -48,8 +48,8 @@ class StudyConfig(BaseModel):
         default_factory=lambda: tuple(policy_names()), min_length=1, description="Policies to train."
     )
     seeds: tuple[int, ...] = Field((0,), min_length=1, description="Training seeds.")
-    training: TrainSettings = Field(default_factory=TrainSettings, description="Networks and optimisation.")
-    evaluation: EvaluateSettings = Field(default_factory=EvaluateSettings, description="Tests and rollouts.")
+    training: TrainSettings = Field(TrainSettings(), description="Networks and optimisation.")
+    evaluation: EvaluateSettings = Field(EvaluateSettings(), description="Tests and rollouts.")
     unseen: int = Field(0, ge=0, description="Tests at fresh targets anywhere in the cube.")
     workers: int = Field(2, ge=1, description="Planning tasks in flight at once.")
     targets_per_task: int = Field(1, ge=1, description="Targets in one planning task; more for thousands.")

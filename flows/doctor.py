@@ -12,7 +12,8 @@ from plancurate.errors import PlancurateError
 from plancurate.flows.console import output
 from plancurate.flows.home import Home
 from plancurate.flows.options import HomeOptions
-from plancurate.flows.server import check_services
+from plancurate.flows.server import check_reachable, configured_url
+from plancurate.tasks import tracking
 
 MODULES = ("prefect", "mlflow", "duckdb", "pyarrow", "pybullet", "toppra", "torch", "sklearn", "statsmodels")
 FREE_GB = 2.0
@@ -27,7 +28,8 @@ def doctor(options: HomeOptions = HomeOptions()) -> None:
         *((name, lambda name=name: library(name)) for name in MODULES),
         ("planning", planning),
         ("home folder", lambda: folder(home)),
-        ("servers", check_services),
+        ("Prefect", prefect_api),
+        ("MLflow", mlflow_store),
     ]
     problems = sum(not passes(name, check) for name, check in checks)
     if problems:
@@ -47,8 +49,6 @@ def passes(name: str, check: Callable[[], str]) -> bool:
 
 def python() -> str:
     """Version of Python."""
-    if sys.version_info < (3, 11):
-        raise RuntimeError(f"Python {sys.version.split()[0]}; 3.11 or newer is needed")
     return sys.version.split()[0]
 
 
@@ -93,3 +93,21 @@ def folder(home: Home) -> str:
     if free < FREE_GB:
         raise RuntimeError(f"{home.root}: {free:.1f} GB free, {FREE_GB:.0f} GB would be right")
     return f"{home.root}, {free:.0f} GB free"
+
+
+def prefect_api() -> str:
+    """Whether a configured Prefect API answers."""
+    url = configured_url()
+    if url is None:
+        return "none configured: each command runs its own server on 127.0.0.1"
+    check_reachable(url)
+    return url
+
+
+def mlflow_store() -> str:
+    """Whether a configured MLflow server answers."""
+    uri = os.environ.get("MLFLOW_TRACKING_URI")
+    if uri is None:
+        return "none configured: studies are recorded in the home folder"
+    tracking.check_reachable(uri)
+    return uri

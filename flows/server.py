@@ -64,8 +64,8 @@ def prefect_server(home: Home, port: int = 0, preload: Sequence[str] = ()) -> It
     Raises PlancurateError where the configured API does not answer or the server does not start.
     """
     with _environment(CLIENT_DEFAULTS):
-        if configured := _configured_url():
-            _check_reachable(configured)
+        if configured := configured_url():
+            check_reachable(configured)
             yield configured
             return
         with _own_server(home, port, preload) as url, _environment(_client_settings(home, url)):
@@ -107,24 +107,28 @@ def _client_settings(home: Home, url: str) -> dict[str, str]:
     return {"PREFECT_API_URL": url, "PREFECT_RESULTS_LOCAL_STORAGE_PATH": str(home.prefect / "results")}
 
 
-def _configured_url() -> str | None:
+def configured_url() -> str | None:
     """The API URL that the environment or one of Prefect's files sets."""
-    if not any(name in os.environ for name in ("PREFECT_API_URL", "PREFECT_PROFILE")):
-        profiles = Path(os.environ.get("PREFECT_HOME", "~/.prefect")).expanduser() / "profiles.toml"
-        files = (Path(os.environ.get("PREFECT_PROFILES_PATH", profiles)), Path(".env"), Path("prefect.toml"))
-        pyproject = Path("pyproject.toml")
-        described = pyproject.exists() and "[tool.prefect" in pyproject.read_text()
-        if not described and not any(file.exists() for file in files):
-            return (
-                None  # known without importing Prefect, which takes as long as a third of the server's start
-            )
+    if "prefect.context" not in sys.modules and not _may_be_configured():
+        return None  # known without importing Prefect, which takes a third of the time of the server's start
     from prefect.settings import PREFECT_API_URL
 
     url: str | None = PREFECT_API_URL.value()
     return url
 
 
-def _check_reachable(url: str) -> None:
+def _may_be_configured() -> bool:
+    """Whether there is anything that Prefect would read settings like an API URL from."""
+    profiles = Path(os.environ.get("PREFECT_HOME", "~/.prefect"), "profiles.toml").expanduser()
+    files = (Path(os.environ.get("PREFECT_PROFILES_PATH", profiles)), Path(".env"), Path("prefect.toml"))
+    named = any(name in os.environ for name in ("PREFECT_API_URL", "PREFECT_PROFILE"))
+    pyproject = Path("pyproject.toml")
+    described = pyproject.exists() and "[tool.prefect" in pyproject.read_text()
+    return named or described or any(file.exists() for file in files)
+
+
+def check_reachable(url: str) -> None:
+    """Raise PlancurateError unless a Prefect API answers at the URL."""
     from prefect.client.orchestration import get_client
 
     with get_client(httpx_settings={"timeout": 5.0}, sync_client=True) as client:

@@ -97,7 +97,7 @@ def ensure_store(database: Path) -> str:
     Raises PlancurateError for a server that does not answer or a database that this MLflow can't use.
     """
     if configured := os.environ.get("MLFLOW_TRACKING_URI"):
-        _check_reachable(configured)
+        check_reachable(configured)
         return configured
     database.parent.mkdir(parents=True, exist_ok=True)
     uri = f"sqlite:///{database}"
@@ -190,7 +190,8 @@ def _client(uri: str) -> MlflowClient:
     return MlflowClient(tracking_uri=uri)
 
 
-def _check_reachable(uri: str) -> None:
+def check_reachable(uri: str) -> None:
+    """Raise PlancurateError for the address of an MLflow server that does not answer."""
     if not uri.startswith(("http://", "https://")):
         return
     try:

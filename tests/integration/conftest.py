@@ -32,7 +32,12 @@ def plancurate() -> Command:
 
     def run(*words: str, **variables: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
-            command_line(*words), capture_output=True, text=True, env=environment(**variables), timeout=600
+            command_line(*words),
+            capture_output=True,
+            text=True,
+            env=environment(**variables),
+            timeout=600,
+            check=False,
         )
 
     return run

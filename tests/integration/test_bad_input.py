@@ -72,10 +72,14 @@ def robot_folder(folder: Path) -> Path:
     return folder
 
 
-def test_a_urdf_with_an_unsupported_joint_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_urdf_with_an_unsupported_joint_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     folder = robot_folder(tmp_path / "planar")
     urdf = folder / "robot.urdf"
-    urdf.write_text(urdf.read_text().replace('name="joint_3" type="revolute"', 'name="joint_3" type="planar"'))
+    urdf.write_text(
+        urdf.read_text().replace('name="joint_3" type="revolute"', 'name="joint_3" type="planar"')
+    )
     line = complaint(capsys, "generate", "--robot", str(folder), "--home", str(tmp_path / "home"))
     assert "robot.urdf" in line
     assert "joint_3" in line
@@ -90,12 +94,16 @@ def scene_file(file: Path, **scene: object) -> str:
 def test_a_start_in_collision_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     box = {"name": "block", "kind": "box", "xyz": [0.7, 0, 1.0], "size": [0.3, 0.3, 0.3]}
     scene = scene_file(tmp_path / "blocked.yaml", ground=0.0, margin=0.005, shapes=[box])
-    line = complaint(capsys, "generate", "--preset", "smoke", "--scene", scene, "--home", str(tmp_path / "home"))
+    line = complaint(
+        capsys, "generate", "--preset", "smoke", "--scene", scene, "--home", str(tmp_path / "home")
+    )
     assert "home" in line
     assert "blocked" in line
 
 
-def test_targets_that_nothing_can_reach_are_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_targets_that_nothing_can_reach_are_reported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     file = tmp_path / "far.yaml"
     file.write_text("candidates: {targets: {range_m: 50.0, max_tries: 5}}\n")
     line = complaint(
@@ -109,7 +117,9 @@ def test_an_empty_pool_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "generate" in line
 
 
-def test_a_budget_larger_than_a_cluster_is_reported(smoke: Studied, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_budget_larger_than_a_cluster_is_reported(
+    smoke: Studied, capsys: pytest.CaptureFixture[str]
+) -> None:
     line = complaint(capsys, "curate", "--preset", "smoke", "--budgets", "500", "--home", str(smoke.home))
     assert "500" in line
 
@@ -138,7 +148,9 @@ def test_a_foreign_parquet_file_is_named(damaged: Path, capsys: pytest.CaptureFi
     assert "not written by plancurate" in line
 
 
-def test_a_lake_of_another_schema_version_is_refused(damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_lake_of_another_schema_version_is_refused(
+    damaged: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     import pyarrow.parquet as pq
 
     part = next((damaged / "lake" / "trajectories").rglob("part-0*.parquet"))

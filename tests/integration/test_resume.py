@@ -43,7 +43,9 @@ def test_a_killed_generate_goes_on_without_duplicates(
     kill_after_parts(words, tmp_path, "trajectories", 3)
     assert plancurate(*words).returncode == 0
     planners = load_config("smoke", None, {}).planners
-    same = f"SELECT trajectory_id, q FROM trajectories WHERE target_id < 2 AND planner IN {planners} ORDER BY 1"
+    same = (
+        f"SELECT trajectory_id, q FROM trajectories WHERE target_id < 2 AND planner IN {planners} ORDER BY 1"
+    )
     assert content(tmp_path, same) == content(smoke.home, same)
     assert_sound(tmp_path)
 
@@ -55,7 +57,9 @@ def test_a_killed_evaluate_goes_on_without_duplicates(
     kill_after_parts(words, tmp_path, "evaluations", 2)
     done = plancurate(*words)
     assert done.returncode == 0, done.stderr
-    same = "SELECT * EXCLUDE (pool, selection_time_s, train_s) FROM evaluations ORDER BY evaluation_id, test_id"
+    same = (
+        "SELECT * EXCLUDE (pool, selection_time_s, train_s) FROM evaluations ORDER BY evaluation_id, test_id"
+    )
     assert content(tmp_path, same) == content(smoke.home, same)
     assert_sound(tmp_path)
 
@@ -74,5 +78,7 @@ def test_the_number_of_workers_changes_no_trajectory(
     words = ("generate", "--preset", "smoke", "--workers", workers, "--home", str(tmp_path))
     assert plancurate(*words).returncode == 0
     planners = load_config("smoke", None, {}).planners
-    same = f"SELECT trajectory_id, q FROM trajectories WHERE target_id < 2 AND planner IN {planners} ORDER BY 1"
+    same = (
+        f"SELECT trajectory_id, q FROM trajectories WHERE target_id < 2 AND planner IN {planners} ORDER BY 1"
+    )
     assert content(tmp_path, same) == content(smoke.home, same)

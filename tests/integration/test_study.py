@@ -64,7 +64,7 @@ def test_a_report_in_markdown_has_the_same_rows(smoke: Studied, plancurate: Comm
 def test_the_lake_answers_sql_as_table_csv_and_json(smoke: Studied, plancurate: Command) -> None:
     query = "SELECT planner, count(*) AS runs FROM trajectories GROUP BY planner ORDER BY planner"
     home = ("--home", str(smoke.home))
-    expected = {planner: 3 * SMOKE.n_targets for planner in SMOKE.planners}
+    expected = dict.fromkeys(SMOKE.planners, 3 * SMOKE.n_targets)
     as_csv = list(csv.DictReader(io.StringIO(plancurate("sql", query, "--format", "csv", *home).stdout)))
     assert {row["planner"]: int(row["runs"]) for row in as_csv} == expected
     as_json = json.loads(plancurate("sql", query, "--format", "json", *home).stdout)
@@ -119,7 +119,7 @@ def test_prefect_recorded_every_task_run_that_was_executed(plancurate: Command, 
 
 
 def test_no_process_outlives_a_command(smoke: Studied) -> None:
-    left = subprocess.run(["pgrep", "-f", str(smoke.home)], capture_output=True, text=True)
+    left = subprocess.run(["pgrep", "-f", str(smoke.home)], capture_output=True, text=True, check=False)
     assert left.stdout == ""
 
 
@@ -144,7 +144,13 @@ def test_a_model_loads_with_mlflow_and_without_unpickling(
     ]
     assert len(children) == len(SMOKE.selectors) * len(SMOKE.policies)
     run = next(run for run in children if run.info.run_name.startswith("KMeans_Hybrid k=2 BC_RNN seed"))
-    for name in ("success_rate", "success_rate_ci_low", "settled_rate_ci_high", "selection_time_s", "train_time_s"):
+    for name in (
+        "success_rate",
+        "success_rate_ci_low",
+        "settled_rate_ci_high",
+        "selection_time_s",
+        "train_time_s",
+    ):
         assert name in run.data.metrics
     assert len(client.get_metric_history(run.info.run_id, "train_loss")) > 10
     model_id = run.outputs.model_outputs[0].model_id
