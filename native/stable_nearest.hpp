@@ -18,11 +18,20 @@ class StableNearest : public ompl::NearestNeighborsGNATNoThreadSafety<T> {
     using Base = ompl::NearestNeighborsGNATNoThreadSafety<T>;
 
 public:
-    using Base::add;
-
     void add(const T& element) override {
-        order_.emplace(element, added_++);  // keeps the first number when the tree rebuilds itself
+        order_.emplace(element, added_++);
         Base::add(element);
+    }
+
+    void add(const std::vector<T>& elements) override {
+        for (const T& element : elements) order_.emplace(element, added_++);
+        Base::add(elements);
+    }
+
+    // The tree also clears itself to add its elements again, in an order that only its shape decides.
+    void clear() override {
+        order_.clear();
+        Base::clear();
     }
 
     bool remove(const T& element) override {
