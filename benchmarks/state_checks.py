@@ -28,7 +28,8 @@ from plancurate.tasks.plan import PlanSettings, plan_candidate
 from plancurate.tasks.targets import Target, TargetSettings, sample_targets
 
 try:
-    from peers import BulletChecks, BulletPairChecks, CoalChecks, Solve, wheel_planners, wheel_solve
+    from peers.checks import BulletChecks, BulletPairChecks, CoalChecks
+    from peers.wheel import Solve, wheel_planners, wheel_solve
 except ModuleNotFoundError as missing:
     sys.exit(f"a peer of this comparison is missing ({missing.name}): pip install pin ompl==2.0.1")
 
