@@ -150,6 +150,33 @@ def test_the_server_is_configured_while_it_is_used_and_not_afterwards(home: Home
     assert not (home.root / "unused").exists()
 
 
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        (".env", "PREFECT_API_URL={}"),
+        ("prefect.toml", '[api]\nurl = "{}"'),
+        ("pyproject.toml", '[tool.prefect.api]\nurl = "{}"'),
+        ("profiles.toml", 'active = "mine"\n[profiles.mine]\nPREFECT_API_URL = "{}"'),
+    ],
+)
+def test_a_server_configured_in_a_file_is_not_replaced_by_our_own(
+    file: str, text: str, tmp_path: Path
+) -> None:
+    (tmp_path / file).write_text(text.format("http://127.0.0.1:9/api"))
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("PREFECT_")}
+    paths = os.pathsep.join(str(Path(path).absolute()) for path in sys.path if path)
+    done = subprocess.run(
+        [sys.executable, "-c", SHORT, "home"],
+        cwd=tmp_path,
+        env=kept | {"PYTHONPATH": paths, "PREFECT_HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "http://127.0.0.1:9/api: no Prefect API answers there" in done.stderr
+    assert not (tmp_path / "home").exists()
+
+
 def test_a_configured_server_that_does_not_answer_is_said_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -71,7 +71,7 @@ def child(model_folder: Path) -> ChildRun:
         metrics={"success_rate": 0.95, "success_rate_ci_low": 0.88, "success_rate_ci_high": 0.98},
         loss_curve=[(100, 0.5), (200, 0.25)],
         pool_hash="0123456789ab",
-        selection_id="fedcba987654",
+        selection_id="KMeans_Hybrid-k20-s0-fedcba987654",
         n_kept=100,
         model_folder=model_folder,
         dof=DOF,
@@ -100,8 +100,8 @@ def test_a_child_run_says_what_it_is_and_what_came_out(
     }  # fmt: skip
     assert run.data.metrics == {**child.metrics, "train_loss": 0.25}
     (data,) = run.inputs.dataset_inputs
-    assert (data.dataset.name, data.dataset.digest) == ("KMeans_Hybrid k=20", "fedcba987654")
-    assert "0123456789ab" in data.dataset.source
+    assert (data.dataset.name, data.dataset.digest) == ("KMeans_Hybrid k=20", "0123456789ab-fedcba987654")
+    assert "KMeans_Hybrid-k20-s0-fedcba987654" in data.dataset.source
 
 
 def test_the_loss_curve_is_kept_step_by_step(begin: Callable[..., StudyRun], child: ChildRun) -> None:
