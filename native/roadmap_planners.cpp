@@ -1,6 +1,5 @@
 #include "roadmap_planners.hpp"
 
-#include <limits>
 
 namespace plancurate {
 
