@@ -20,7 +20,8 @@ from rich.table import Table
 
 from plancurate.errors import PlancurateError
 from plancurate.flows.home import Home
-from plancurate.flows.server import HOST, free_port, healthy, last_line, prefect_server, spawn_guarded, stop
+from plancurate.flows.server import prefect_server
+from plancurate.flows.services import HOST, free_port, healthy, last_line, spawn_guarded, stop
 
 if TYPE_CHECKING:
     from prefect.client.schemas.actions import WorkPoolCreate

@@ -7,18 +7,14 @@ there is nothing that a user could open later. So a run without a configured API
 
 from __future__ import annotations
 
-import contextlib
 import fcntl
-import http.client
 import importlib
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
-import urllib.parse
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -26,13 +22,22 @@ from typing import IO, TYPE_CHECKING, Any
 
 from plancurate.errors import PlancurateError
 from plancurate.flows.home import Home
+from plancurate.flows.services import (
+    HOST,
+    STOP_TIMEOUT_S,
+    free_port,
+    healthy,
+    last_line,
+    lock,
+    spawn_guarded,
+    started,
+    users_lock,
+)
 
 if TYPE_CHECKING:
     from prefect.client.schemas.objects import State
 
-HOST = "127.0.0.1"
 START_TIMEOUT_S = 120.0
-STOP_TIMEOUT_S = 30.0
 
 SERVER_DEFAULTS = {
     # One row a message keeps up with about 20 task runs a second; in batches with any thread runner.
@@ -143,7 +148,7 @@ def check_reachable(url: str) -> None:
 @contextmanager
 def _own_server(home: Home, port: int, preload: Sequence[str]) -> Iterator[str]:
     home.prefect.mkdir(parents=True, exist_ok=True)
-    with _users_lock(home) as users:
+    with users_lock(home) as users:
         pid, url = _join_or_start(home, port, preload)
         try:
             yield url
@@ -151,42 +156,20 @@ def _own_server(home: Home, port: int, preload: Sequence[str]) -> Iterator[str]:
             _leave(home, users, pid)
 
 
-@contextmanager
-def _users_lock(home: Home) -> Iterator[IO[str]]:
-    """A shared lock that says "I use this home's services"; a server that is just ending is waited for."""
-    with (home.prefect / "users.lock").open("a") as file:
-        _lock(file, fcntl.LOCK_SH, STOP_TIMEOUT_S)
-        yield file
-
-
-def _lock(file: IO[str], kind: int, timeout: float) -> None:
-    deadline = time.monotonic() + timeout
-    while True:
-        try:
-            fcntl.flock(file, kind | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() > deadline:
-                raise PlancurateError(
-                    f"{file.name}: locked for {timeout:.0f} s; another run on this home hangs, end it first"
-                ) from None
-            time.sleep(0.05)
-        else:
-            return
-
-
 def _join_or_start(home: Home, port: int, preload: Sequence[str]) -> tuple[int, str]:
     """Process id and API URL of the home's server, once it answers."""
     with (home.prefect / "start.lock").open("a") as start:
-        _lock(start, fcntl.LOCK_EX, START_TIMEOUT_S)
+        lock(start, fcntl.LOCK_EX, START_TIMEOUT_S)
         process = None if _serving(home) else _spawn_server(home, port)
         for module in preload:
             importlib.import_module(module)
         deadline = time.monotonic() + START_TIMEOUT_S
         while time.monotonic() < deadline:
-            if (server := _serving(home)) and healthy(server[1]):
+            pid, url = _serving(home) or (0, "")
+            if url and healthy(url):
                 if process is not None:
-                    _crash_dead_runs(server[1])
-                return server
+                    _crash_dead_runs(url)
+                return pid, url
             if process is not None and process.poll() is not None:
                 break
             time.sleep(0.05)
@@ -206,12 +189,10 @@ def _crash_dead_runs(url: str) -> None:
     unfinished = {"state": {"type": {"any_": ["RUNNING", "PENDING", "CANCELLING"]}}}
     crashed: State[Any] = Crashed(message="Its process ended without saying so.")
     with SyncPrefectClient(url) as client:
-        while tasks := client.read_task_runs(task_run_filter=TaskRunFilter.model_validate(unfinished)):
-            for task in tasks:
-                client.set_task_run_state(task.id, crashed, force=True)
-        while flows := client.read_flow_runs(flow_run_filter=FlowRunFilter.model_validate(unfinished)):
-            for flow in flows:
-                client.set_flow_run_state(flow.id, crashed)
+        for task in client.read_task_runs(task_run_filter=TaskRunFilter.model_validate(unfinished)):
+            client.set_task_run_state(task.id, crashed, force=True)
+        for flow in client.read_flow_runs(flow_run_filter=FlowRunFilter.model_validate(unfinished)):
+            client.set_flow_run_state(flow.id, crashed)
 
 
 def _serving(home: Home) -> tuple[int, str] | None:
@@ -229,9 +210,6 @@ def _serving(home: Home) -> tuple[int, str] | None:
     return None
 
 
-_started: list[subprocess.Popen[bytes]] = []  # kept: a server may outlive the run that started it
-
-
 def _spawn_server(home: Home, port: int) -> subprocess.Popen[bytes]:
     port = free_port(port)
     url = f"http://{HOST}:{port}/api"
@@ -246,94 +224,20 @@ def _spawn_server(home: Home, port: int) -> subprocess.Popen[bytes]:
         "DO_NOT_TRACK": "1",
     }
     options = ["--own", str(home.prefect / "server.lock"), "--url", url]
-    uvicorn = ["uvicorn", "--factory", "prefect.server.api.server:create_app"]
-    uvicorn += [
-        "--host",
-        HOST,
-        "--port",
-        str(port),
-        "--log-level",
-        "warning",
-        "--timeout-graceful-shutdown",
-        "5",
-    ]
+    uvicorn = ["uvicorn", "--factory", "prefect.server.api.server:create_app", "--host", HOST]
+    uvicorn += ["--port", str(port), "--log-level", "warning", "--timeout-graceful-shutdown", "5"]
     return spawn_guarded(home, uvicorn, home.prefect / "server.log", environment, options)
-
-
-def spawn_guarded(
-    home: Home, command: Sequence[str], log: Path, environment: Mapping[str, str], options: Sequence[str] = ()
-) -> subprocess.Popen[bytes]:
-    """Start a Python module as a service that ends with the home's last user; its output goes to `log`."""
-    guard = [sys.executable, "-m", "plancurate.flows.guard", str(home.prefect / "users.lock"), *options, "--"]
-    with log.open("wb") as output:
-        process = subprocess.Popen(
-            [*guard, *command],
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            env=dict(environment),
-            start_new_session=True,
-        )
-    _started.append(process)
-    return process
-
-
-def free_port(wanted: int) -> int:
-    """The wanted port when nobody listens there, otherwise any free one."""
-    for port in (wanted, 0):
-        with socket.socket() as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                probe.bind((HOST, port))
-            except OSError:
-                continue
-            return int(probe.getsockname()[1])
-    raise PlancurateError(f"{HOST}: no free port")
-
-
-def healthy(url: str) -> bool:
-    """Whether the service at `url` says so at its path /health; asked directly, past any proxy."""
-    where = urllib.parse.urlsplit(url)
-    connection = http.client.HTTPConnection(where.hostname or HOST, where.port, timeout=2.0)
-    try:
-        connection.request("GET", f"{where.path}/health")
-        return connection.getresponse().status == http.HTTPStatus.OK
-    except (OSError, http.client.HTTPException):
-        return False
-    finally:
-        connection.close()
 
 
 def _leave(home: Home, users: IO[str], pid: int) -> None:
     """Stop the server unless somebody else uses it."""
-    try:
-        fcntl.flock(
-            users, fcntl.LOCK_EX | fcntl.LOCK_NB
-        )  # held until the server is gone: nobody joins a dying one
+    try:  # the lock is held until the server is gone: nobody joins a dying one
+        fcntl.flock(users, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return
     os.killpg(pid, signal.SIGTERM)
     deadline = time.monotonic() + STOP_TIMEOUT_S
     while _serving(home) and time.monotonic() < deadline:
         time.sleep(0.02)
-    for process in _started:
+    for process in started:
         process.poll()
-
-
-def stop(process: subprocess.Popen[bytes]) -> None:
-    """End a service with everything it started: politely, and after a while by force."""
-    deadline = time.monotonic() + STOP_TIMEOUT_S
-    with contextlib.suppress(ProcessLookupError):  # the group is empty
-        os.killpg(process.pid, signal.SIGTERM)
-        while time.monotonic() < deadline:
-            process.poll()
-            os.killpg(process.pid, 0)
-            time.sleep(0.05)
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-
-
-def last_line(log: Path) -> str:
-    """The last thing that a service said, for an error message."""
-    lines = log.read_text(errors="replace").split("\n") if log.exists() else []
-    return next((line.strip() for line in reversed(lines) if line.strip()), "none")

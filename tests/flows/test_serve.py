@@ -20,7 +20,7 @@ from prefect.settings import temporary_settings
 
 from plancurate.flows.home import Home
 from plancurate.flows.serve import deploy, main
-from plancurate.flows.server import healthy
+from plancurate.flows.services import healthy
 from plancurate.tasks.lake import Lake
 
 ROOT = Path(__file__).parents[2]

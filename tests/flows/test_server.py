@@ -16,7 +16,8 @@ import pytest
 
 from plancurate.errors import PlancurateError
 from plancurate.flows.home import Home
-from plancurate.flows.server import healthy, prefect_server
+from plancurate.flows.server import prefect_server
+from plancurate.flows.services import healthy
 
 SHORT = """
 import sys
