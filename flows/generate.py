@@ -53,7 +53,9 @@ def generate(config: StudyConfig, home: str | None = None) -> None:
             stage("plan", runs, "runs") as bar,
         ):
             calls = ((place, part, part.planner, part.label, finish, bar) for part in parts)
-            run_all(plan_part, calls, config.workers)
+            run_all(
+                plan_part, calls, 2 * config.workers
+            )  # one plans and writes while another is timed and played
     if missing := missing_parts(place, targets):
         raise IncompleteError(f"{len(missing)} parts are not in the lake, the first {missing[0]}")
     planners = place.lake.query("results/planners", **place.partition)
@@ -84,10 +86,10 @@ def missing_parts(place: Workplace, targets: list[Target]) -> list[Part]:
     return sorted(parts, key=lambda part: part.label)
 
 
+# No tags: for a tagged task run Prefect asks its server for a concurrency slot, a tenth of the run's own work.
 @task(
     name="plan",
     task_run_name="plan {planner} target {label}",
-    tags=["plan"],
     retries=2,
     retry_delay_seconds=1,
     retry_condition_fn=is_transient,

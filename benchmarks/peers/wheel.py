@@ -6,8 +6,8 @@ import time
 from dataclasses import dataclass
 
 from ompl import base, geometric, util
-from peers.checks import BulletChecks, BulletPairChecks
 
+from peers.checks import BulletChecks, BulletPairChecks
 from plancurate.robots import Robot, load_robot, load_scene
 from plancurate.robots.shapes import FloatArray
 
