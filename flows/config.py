@@ -32,7 +32,7 @@ class StudyConfig(BaseModel):
     scene: str = Field("free", description="A registered scene, or a YAML file.")
     n_targets: int = Field(5, ge=1, description="Training targets.")
     planners: tuple[str, ...] = Field(
-        default_factory=lambda: tuple(planner.name for planner in native.planners()),
+        tuple(planner.name for planner in native.planners()),  # not a factory: Prefect's form shows the value
         min_length=1,
         description="OMPL planners by their class names.",
     )
@@ -40,13 +40,11 @@ class StudyConfig(BaseModel):
         default_factory=GenerateSettings, description="Targets, planning, timing and playback."
     )
     selectors: tuple[str, ...] = Field(
-        default_factory=lambda: tuple(selector_names()), min_length=1, description="Selectors to compare."
+        tuple(selector_names()), min_length=1, description="Selectors to compare."
     )
     budgets: tuple[int, ...] = Field((20,), min_length=1, description="Trajectories kept for each target.")
     selector_seed: int = Field(0, ge=0, description="Seed of the selectors that draw at random.")
-    policies: tuple[str, ...] = Field(
-        default_factory=lambda: tuple(policy_names()), min_length=1, description="Policies to train."
-    )
+    policies: tuple[str, ...] = Field(tuple(policy_names()), min_length=1, description="Policies to train.")
     seeds: tuple[int, ...] = Field((0,), min_length=1, description="Training seeds.")
     training: TrainSettings = Field(TrainSettings(), description="Networks and optimisation.")
     evaluation: EvaluateSettings = Field(EvaluateSettings(), description="Tests and rollouts.")
