@@ -6,11 +6,13 @@ import os
 import re
 import shlex
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from .conftest import Command, Studied
+from .conftest import Command, Studied, environment
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -60,14 +62,17 @@ def test_a_documented_command_runs(command: str, home: Path, plancurate: Command
 
 
 @pytest.mark.parametrize(("page", "example"), blocks("python"))
-def test_a_documented_example_runs(
-    page: str, example: str, home: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setenv("PLANCURATE_HOME", str(home))
-    monkeypatch.chdir(tmp_path)
-    file = tmp_path / "example.py"
-    file.write_text(example)
-    exec(compile(example, str(file), "exec"), {"__name__": page})
+def test_a_documented_example_runs(page: str, example: str, home: Path, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", example],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env=environment(PLANCURATE_HOME=str(home)),
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, f"{page}: {done.stderr}"
 
 
 def test_every_make_target_of_the_pages_exists() -> None:
