@@ -10,6 +10,7 @@ from prefect.cache_policies import NO_CACHE
 from plancurate.errors import IncompleteError
 from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.config import StudyConfig
+from plancurate.flows.console import console
 from plancurate.flows.fanout import is_transient, run_all
 from plancurate.flows.home import Home
 from plancurate.flows.progress import Bar, stage
@@ -58,6 +59,7 @@ def generate(config: StudyConfig, home: str | None = None) -> None:
             )  # one plans and writes while another is timed and played
     if missing := missing_parts(place, targets):
         raise IncompleteError(f"{len(missing)} parts are not in the lake, the first {missing[0]}")
+    say_how_many_differ(place)
     planners = place.lake.query("results/planners", **place.partition)
     table_artifact("planners", planners.to_pylist(), "What each planner solved, and how long it took.")
 
@@ -84,6 +86,16 @@ def missing_parts(place: Workplace, targets: list[Target]) -> list[Part]:
         left = [target for target in targets if (planner, target.target_id) not in done]
         parts += [Part(planner, tuple(left[i : i + size])) for i in range(0, len(left), size)]
     return sorted(parts, key=lambda part: part.label)
+
+
+def say_how_many_differ(place: Workplace) -> None:
+    """Print how many candidates are distinct: curation can only choose among those."""
+    counts = place.lake.query("results/equal_candidates", **place.partition).to_pylist()
+    distinct, candidates = (
+        sum(row[name] for row in counts) for name in ("distinct_candidates", "candidates")
+    )
+    if distinct < candidates:
+        console.print(f"  {candidates} solved and verified, {distinct} of them distinct", style="dim")
 
 
 # No tags: for a tagged task run Prefect asks its server for a concurrency slot, a tenth of the run's own work.

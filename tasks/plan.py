@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from plancurate import native
 from plancurate.errors import PlancurateError, UnknownNameError
@@ -37,6 +37,18 @@ class PlanSettings(BaseModel):
     params: dict[str, dict[str, str]] = Field(
         default={}, description="a planner's parameters by OMPL's names"
     )
+
+    @field_validator("params")
+    @classmethod
+    def _known(cls, params: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
+        infos = {info.name: info for info in native.planners()}
+        for planner, names in params.items():
+            if planner not in infos:
+                raise UnknownNameError("planner", planner, infos)
+            for name in names:
+                if name not in infos[planner].params:
+                    raise UnknownNameError(f"parameter of planner {planner}", name, infos[planner].params)
+        return params
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,18 +85,6 @@ def plan_candidate(
     except ValueError as error:
         raise PlancurateError(f"planner {planner}: {error}") from None
     return PlannedPath(run, seed, result)
-
-
-def require_planners(planners: list[str], settings: PlanSettings) -> None:
-    """Raise UnknownNameError for a planner, or a parameter in `settings`, that is not known."""
-    known = {info.name: info for info in native.planners()}
-    for planner in [*planners, *settings.params]:
-        if planner not in known:
-            raise UnknownNameError("planner", planner, known)
-    for planner, params in settings.params.items():
-        for name in params:
-            if name not in known[planner].params:
-                raise UnknownNameError(f"parameter of planner {planner}", name, known[planner].params)
 
 
 def seed_of(seed: int, target_id: int, planner: str, run: int) -> int:

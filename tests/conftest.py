@@ -27,6 +27,12 @@ class Judge:
         """How deep (b,) in m the deepest contact of each state (b,n) is; 0 where nothing touches."""
         return np.array([self._deepest(state) for state in q.tolist()])
 
+    def penetration_on_edges(self, q: np.ndarray, step: float = 0.01) -> np.ndarray:
+        """How deep the deepest contact is at the waypoints (n,dof) and at every `step` rad between them."""
+        counts = np.ceil(np.abs(np.diff(q, axis=0)).max(axis=1) / step).astype(int) + 1
+        edges = [np.linspace(a, b, n) for a, b, n in zip(q[:-1], q[1:], counts, strict=True)]
+        return self.penetration(np.concatenate(edges))
+
     def _deepest(self, state: list[float]) -> float:
         world = self.world
         values = [[value] for value in state]

@@ -63,8 +63,10 @@ def test_a_documented_command_runs(command: str, home: Path, plancurate: Command
 
 @pytest.mark.parametrize(("page", "example"), blocks("python"))
 def test_a_documented_example_runs(page: str, example: str, home: Path, tmp_path: Path) -> None:
+    file = tmp_path / "example.py"
+    file.write_text(example)
     done = subprocess.run(
-        [sys.executable, "-c", example],
+        [sys.executable, str(file)],
         capture_output=True,
         text=True,
         cwd=tmp_path,

@@ -7,8 +7,6 @@ import subprocess
 import time
 from pathlib import Path
 
-import pytest
-
 from plancurate import sql
 from plancurate.flows.config import load_config
 from plancurate.tasks.lake import Lake
@@ -69,16 +67,3 @@ def assert_sound(home: Path) -> None:
     for name in sql.names("checks"):
         assert lake.query(name).num_rows == 0, name
     lake.check()
-
-
-@pytest.mark.parametrize("workers", ["1", "4"])
-def test_the_number_of_workers_changes_no_trajectory(
-    workers: str, smoke: Studied, plancurate: Command, tmp_path: Path
-) -> None:
-    words = ("generate", "--preset", "smoke", "--workers", workers, "--home", str(tmp_path))
-    assert plancurate(*words).returncode == 0
-    planners = load_config("smoke", None, {}).planners
-    same = (
-        f"SELECT trajectory_id, q FROM trajectories WHERE target_id < 2 AND planner IN {planners} ORDER BY 1"
-    )
-    assert content(tmp_path, same) == content(smoke.home, same)
