@@ -5,21 +5,17 @@ from __future__ import annotations
 from contextlib import ExitStack
 from importlib import import_module
 
-from plancurate.flows.config import StudyConfig
-from plancurate.flows.console import console, output
-from plancurate.flows.evaluate import study_folder
-from plancurate.flows.home import Home
+from plancurate.flows.console import console
 from plancurate.flows.options import StudyOptions
 from plancurate.flows.server import prefect_server
-from plancurate.flows.show import matrix
 from plancurate.flows.workplace import Workplace
-from plancurate.tasks.lake import Lake
-from plancurate.tasks.results import result_rows, summary_rows
 
 
 def study(options: StudyOptions = StudyOptions()) -> None:
     """Plan, curate, train, evaluate and report: the whole way, from where an earlier run stopped."""
     run("study", options)
+    from plancurate.flows.conclusion import show_results  # statsmodels would hold up the start by a second
+
     show_results(options.study(), options.folder())
 
 
@@ -60,22 +56,3 @@ def run(name: str, options: StudyOptions) -> None:
         with console.status("starting Prefect's server"):
             stack.enter_context(prefect_server(home, preload=(module,)))
         getattr(import_module(module), name)(config, str(home.root))
-
-
-def show_results(config: StudyConfig, home: Home) -> None:
-    """Print the table of success rates, the best three selections and where to look next."""
-    lake, folder = Lake(home.lake), study_folder(config)
-    rows, summaries = result_rows(lake, folder), summary_rows(lake, folder)
-    output.print()
-    output.print(matrix(rows, summaries, f"Success in percent, {rows[0].n} tests a cell"))
-    output.print(
-        "\\[95 % interval]; *, **, ***: differs from General with p < 0.05, 0.01, 0.001", style="dim"
-    )
-    best = ", ".join(f"{row.selector} {100 * row.success_rate:.1f}" for row in summaries[:3])
-    for what, where in (
-        ("best", best),
-        ("report", f"{home.reports / config.name}"),
-        ("lake", 'plancurate sql "SELECT * FROM evaluations LIMIT 5"'),
-        ("pages", "make serve (Prefect and MLflow on 127.0.0.1)"),
-    ):
-        output.print(f"{what:<7} {where}", highlight=False, soft_wrap=True)
