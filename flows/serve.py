@@ -33,6 +33,11 @@ MLFLOW_PAGE = "#/experiments?workflowType=machine_learning"
 START_TIMEOUT_S = 120.0
 DEPLOY = [sys.executable, "-m", "prefect", "--no-prompt", "deploy", "--all"]
 
+# Who looks at Prefect's pages wants its event feed and automations; a run's own server does without.
+SERVER_ENVIRONMENT = {
+    "PREFECT_SERVER_SERVICES_EVENT_PERSISTER_ENABLED": "true",
+    "PREFECT_SERVER_SERVICES_TRIGGERS_ENABLED": "true",
+}
 WORKER_ENVIRONMENT = {
     "PREFECT_WORKER_QUERY_SECONDS": "2",  # what is started on a page should start soon
     "PREFECT_LOGGING_HANDLERS_CONSOLE_LEVEL": "DEBUG",  # a worker's console is its log file
@@ -47,6 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="plancurate.flows.serve", description=__doc__)
     parser.add_argument("--home", help="folder with the lake and the databases (PLANCURATE_HOME, ./data)")
     home = Home.resolve(parser.parse_args(argv).home)
+    os.environ.update(SERVER_ENVIRONMENT | os.environ)
     try:
         serve(home, Path.cwd())
     except KeyboardInterrupt:
