@@ -16,7 +16,6 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.table import Table
 
 from plancurate.errors import PlancurateError
 from plancurate.flows.home import Home
@@ -75,7 +74,7 @@ def serve(home: Home, root: Path) -> None:
     ):
         _wait_for(mlflow_url, services, home)
         status.stop()
-        console.print(_overview(home, api.removesuffix("/api"), mlflow_url))
+        console.print(_overview(home, api.removesuffix("/api"), mlflow_url), soft_wrap=True)
         _watch({**services, "worker": worker}, home)
 
 
@@ -179,13 +178,15 @@ def _check(services: Mapping[str, subprocess.Popen[bytes]], home: Home) -> None:
             raise PlancurateError(f"{log}: the {name} service ended by itself: {last_line(log)}")
 
 
-def _overview(home: Home, prefect_url: str, mlflow_url: str) -> Table:
-    shown = Table(box=None, pad_edge=False, show_header=False)
-    shown.add_row("[bold]Prefect[/]", prefect_url, "runs, schedules; start one under Deployments")
-    shown.add_row("[bold]MLflow[/]", f"{mlflow_url}/{MLFLOW_PAGE}", "studies, their runs and models")
-    shown.add_row("[bold]Home[/]", str(home.root), "lake, databases, log files in prefect/")
-    shown.add_row("", "", "Ctrl-C stops everything")
-    return shown
+def _overview(home: Home, prefect_url: str, mlflow_url: str) -> str:
+    return "\n".join(
+        (
+            f"[bold]Prefect[/]  {prefect_url}  [dim]runs, schedules; start one under Deployments[/]",
+            f"[bold]MLflow[/]   {mlflow_url}/{MLFLOW_PAGE}  [dim]studies, their runs and models[/]",
+            f"[bold]Home[/]     {home.root}  [dim]lake, databases, log files in prefect/[/]",
+            "Ctrl-C stops everything",
+        )
+    )
 
 
 if __name__ == "__main__":
