@@ -18,6 +18,11 @@ from plancurate.tasks.selectors.base import selector_names
 from plancurate.tasks.train import TrainSettings
 
 PRESETS = Path(__file__).parent / "presets"
+# Further selectors take their time; the preset `paper` has them all.
+BASIC_SELECTORS = (
+    "General", "Random", "RuleBased_General", "KMeans", "DBSCAN", "Hierarchical",
+    "KMeans_Hybrid", "DBSCAN_Hybrid", "Hierarchical_Hybrid",
+)  # fmt: skip
 # These say how fast a study runs and what it is called, not what comes out.
 UNIDENTIFYING = {"name", "workers", "targets_per_task"}
 
@@ -39,9 +44,7 @@ class StudyConfig(BaseModel):
     candidates: GenerateSettings = Field(
         default_factory=GenerateSettings, description="Targets, planning, timing and playback."
     )
-    selectors: tuple[str, ...] = Field(
-        tuple(selector_names()), min_length=1, description="Selectors to compare."
-    )
+    selectors: tuple[str, ...] = Field(BASIC_SELECTORS, min_length=1, description="Selectors to compare.")
     budgets: tuple[int, ...] = Field((20,), min_length=1, description="Trajectories kept for each target.")
     selector_seed: int = Field(0, ge=0, description="Seed of the selectors that draw at random.")
     policies: tuple[str, ...] = Field(tuple(policy_names()), min_length=1, description="Policies to train.")

@@ -41,8 +41,22 @@ def select_part(
     place: Workplace, pool: Pool, selector: str, budget: int | None, label: str, bar: Bar
 ) -> None:
     """Make one selection, or find it in the lake."""
-    steps.curate(place.lake, pool, selector, budget, place.config.selector_seed, metadata=place.metadata)
+    make_selection(place, pool, selector, budget)
     bar.advance()
+
+
+def make_selection(place: Workplace, pool: Pool, selector: str, budget: int | None) -> Selection:
+    """Return one of the study's selections, made now or found in the lake."""
+    return steps.curate(
+        place.lake,
+        pool,
+        selector,
+        budget,
+        place.config.selector_seed,
+        robot=place.robot,
+        scene=place.scene,
+        metadata=place.metadata,
+    )
 
 
 def study_pool(place: Workplace) -> Pool:
@@ -55,7 +69,7 @@ def study_selections(place: Workplace, pool: Pool) -> list[Selection]:
     """Return the study's selections in the order of its selectors and budgets, making those that are missing."""
     config = place.config
     return [
-        steps.curate(place.lake, pool, name, budget, config.selector_seed, metadata=place.metadata)
+        make_selection(place, pool, name, budget)
         for name in config.selectors
         for budget in budgets(name, config)
     ]

@@ -24,7 +24,7 @@ from plancurate.flows.workplace import Workplace
 from plancurate.tasks import train as steps
 from plancurate.tasks.demonstrations import Demonstrations, demonstrations
 from plancurate.tasks.policies import TrainedPolicy, make_policy
-from plancurate.tasks.pool import Pool, load_waypoints
+from plancurate.tasks.pool import FloatArray, Pool, load_waypoints, waypoint_arrays
 from plancurate.tasks.selectors.selection import Selection
 
 
@@ -106,10 +106,22 @@ def network_id(place: Workplace, selection: Selection, policy: str, seed: int) -
 def selected_demonstrations(place: Workplace, pool: Pool, selection: Selection) -> Demonstrations:
     """Read a selection's trajectories from the lake as demonstrations."""
     position = dict(zip(pool.targets["target_id"].to_pylist(), pool.target_positions(), strict=True))
-    targets = [position[target] for target in selection.kept["target_id"].to_pylist()]
+    targets = np.array([position[target] for target in selection.kept["target_id"].to_pylist()])
+    steps, weight = selection.kept["steps"].to_pylist(), selection.kept["weight"]
     return demonstrations(
-        place.robot, load_waypoints(place.lake, pool.partition, selection.ids), np.array(targets)
+        place.robot,
+        selected_waypoints(place, pool, selection),
+        targets,
+        steps=[kept if kept is None else np.array(kept, dtype=np.int64) for kept in steps],
+        weights=None if weight.null_count == len(weight) else weight.to_numpy(),
     )
+
+
+def selected_waypoints(place: Workplace, pool: Pool, selection: Selection) -> list[FloatArray]:
+    """Waypoints of a selection's trajectories: the selection's own where it has some, else the lake's."""
+    if selection.kept["q"].null_count:
+        return load_waypoints(place.lake, pool.partition, selection.ids)
+    return waypoint_arrays(selection.kept["q"])
 
 
 def keep(policy: TrainedPolicy, folder: Path) -> None:

@@ -6,6 +6,8 @@ import json
 import time
 from collections.abc import Callable, Mapping
 
+from plancurate.robots.robot import Robot
+from plancurate.robots.scene import Scene
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.pool import Pool, load_waypoints
 from plancurate.tasks.selectors.base import STAGES, find_selector
@@ -30,6 +32,8 @@ def curate(
     seed: int,
     params: Mapping[str, object] | None = None,
     *,
+    robot: Robot,
+    scene: Scene,
     metadata: Mapping[str, str],
     clock: Callable[[], float] = time.perf_counter,
 ) -> Selection:
@@ -49,6 +53,8 @@ def curate(
         budget,
         seed,
         params,
+        robot=robot,
+        scene=scene,
         waypoints=lambda ids: load_waypoints(lake, pool.partition, ids),
         clock=clock,
     )

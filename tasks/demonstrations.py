@@ -34,7 +34,9 @@ class Demonstrations:
     lengths: IntArray
     """(episodes,): steps of each episode, held ones included."""
     window_starts: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
-    """Steps where a training window may begin, all unless given; one listed twice is drawn twice as often."""
+    """Steps where a training window may begin; all unless given."""
+    window_weights: FloatArray | None = None
+    """How often each of them is drawn, in proportion; all alike unless given."""
 
     def __post_init__(self) -> None:
         if len(self.window_starts) == 0:
@@ -63,10 +65,15 @@ def demonstrations(
     trajectories: Sequence[FloatArray],
     target_positions: FloatArray,
     hold_steps: int = HOLD_STEPS,
+    *,
+    steps: Sequence[IntArray | None] | None = None,
+    weights: FloatArray | None = None,
 ) -> Demonstrations:
     """Build demonstrations from trajectories, each (m, n), that lead to target_positions (trajectories, 3).
 
-    An episode has m + hold_steps steps; from the last waypoint on the action is to stay.
+    An episode has m + hold_steps steps; from the last waypoint on the action is to stay. `steps` names the
+    waypoints of each trajectory (None: all) at which a window may begin; it may begin while the robot holds if
+    it may at the last waypoint. `weights` (trajectories,) say how much more often windows are drawn.
     Raises PlancurateError when there is nothing to learn from.
     """
     if len(trajectories) == 0:
@@ -76,12 +83,28 @@ def demonstrations(
     now = np.concatenate([q[:-1] for q in held])
     actions = np.concatenate([np.diff(q, axis=0) for q in held])
     observations = observe(robot, now, np.repeat(target_positions, lengths, axis=0))
+    starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
+    begin = [
+        np.arange(m) if kept is None else _with_hold(kept, len(q), m)
+        for m, q, kept in zip(lengths, trajectories, steps or [None] * len(trajectories), strict=True)
+    ]
+    counts = [len(b) for b in begin]
+    if not any(counts):
+        raise PlancurateError("demonstrations: no step of the kept trajectories was left to learn from")
     return Demonstrations(
         observations=observations.astype(np.float32),
         actions=actions.astype(np.float32),
-        starts=np.concatenate([[0], np.cumsum(lengths)[:-1]]),
+        starts=starts,
         lengths=lengths,
+        window_starts=np.concatenate([start + b for start, b in zip(starts, begin, strict=True)]),
+        window_weights=None if weights is None else np.repeat(weights, counts),
     )
+
+
+def _with_hold(kept: IntArray, waypoints: int, length: int) -> IntArray:
+    """Kept waypoints, and the held steps after the last waypoint if that is kept."""
+    held = np.arange(waypoints, length) if waypoints - 1 in kept else np.empty(0, np.int64)
+    return np.concatenate([np.asarray(kept, dtype=np.int64), held])
 
 
 def demonstrations_from_rows(robot: Robot, rows: pa.Table, hold_steps: int = HOLD_STEPS) -> Demonstrations:

@@ -10,7 +10,7 @@ import pyarrow as pa
 from plancurate.errors import UnknownNameError
 
 PART_PATTERN = "part-*.parquet"
-SCHEMA_VERSION = 1  # raise it with every change below: older parts are then refused, not misread
+SCHEMA_VERSION = 2  # raise it with every change below: older parts are then refused, not misread
 
 
 @dataclass(frozen=True)
@@ -77,15 +77,18 @@ _TARGETS = _schema(
     {"target_id": _INT, "x": _REAL, "y": _REAL, "z": _REAL, "goals": pa.list_(pa.list_(_REAL))}, {}
 )
 
-# One row a kept trajectory.
+# One row a kept trajectory. `steps`, `weight` and `q` are null for one that is learnt from whole and as it is.
 _SELECTIONS = _schema(
     {
         "selection_id": _TEXT, "seed": _INT, "pool_hash": _TEXT, "n_targets": _INT, "params": _TEXT,
         "trajectory_id": _TEXT, "target_id": _INT, "planner": _TEXT, "goal_index": _INT, "n_pool": _INT,
-        "prepare_s": _REAL, "score_s": _REAL, "cluster_s": _REAL, "select_s": _REAL,
-        "selection_time_s": _REAL,
+        "prepare_s": _REAL, "base_policy_s": _REAL, "rollouts_s": _REAL, "cluster_s": _REAL, "score_s": _REAL,
+        "select_s": _REAL, "selection_time_s": _REAL,
     },
-    {"budget": _INT, "cluster": _INT, "score": _REAL, "rank": _INT},
+    {
+        "budget": _INT, "cluster": _INT, "score": _REAL, "rank": _INT,
+        "steps": pa.list_(_INT), "weight": _REAL, "q": pa.list_(pa.list_(pa.float32())),
+    },
 )  # fmt: skip
 
 # One row a trial of a policy.

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
+import numpy as np
+import numpy.typing as npt
 import torch
 from torch import Tensor
 
@@ -85,10 +87,18 @@ class Batches:
     def _draw_one(self, s: int) -> tuple[Tensor, Tensor | None]:
         """Table rows (BLOCK, window, batch) and masks (BLOCK, batch, ...) of one network."""
         data = self.data[s]
-        drawn = torch.randint(len(data.window_starts), (BLOCK * self.kind.batch,), generator=self.rngs[s])
-        rows = data.windows(data.window_starts[drawn.numpy()], self.length) + self.offsets[s]
+        rows = data.windows(data.window_starts[self._draw_windows(s)], self.length) + self.offsets[s]
         rows = rows.reshape(BLOCK, self.kind.batch, self.length).swapaxes(1, 2)
         return torch.from_numpy(rows), self.kind.masks(BLOCK, self.rngs[s])
+
+    def _draw_windows(self, s: int) -> npt.NDArray[np.int64]:
+        """Numbers (BLOCK * batch,) of the windows that one network learns from next."""
+        count, weights, rng = BLOCK * self.kind.batch, self.data[s].window_weights, self.rngs[s]
+        if weights is None:
+            return np.asarray(torch.randint(len(self.data[s].window_starts), (count,), generator=rng))
+        total = np.cumsum(weights)
+        drawn = torch.rand(count, generator=rng, dtype=torch.float64).numpy() * total[-1]
+        return np.asarray(np.searchsorted(total, drawn, side="right"))
 
 
 def standardised(data: Demonstrations, norm: Normaliser, action: Action) -> Tensor:

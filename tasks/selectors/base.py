@@ -20,12 +20,14 @@ import pyarrow as pa
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.robots.robot import Robot
+from plancurate.robots.scene import Scene
 from plancurate.sql import load
 from plancurate.tasks.pool import FloatArray, Pool
 
 IntArray = npt.NDArray[np.int64]
 ENTRY_POINTS = "plancurate.selectors"
-STAGES = ("prepare", "cluster", "score", "select")
+STAGES = ("prepare", "base_policy", "rollouts", "cluster", "score", "select")
 
 
 class Settings(BaseModel):
@@ -62,6 +64,8 @@ class Problem:
     connection: duckdb.DuckDBPyConnection
     """Has the table `candidates`: the pool's candidates with their number as column `row`."""
     stage: Stopwatch
+    robot: Robot
+    scene: Scene
     waypoints: Callable[[Sequence[str]], list[FloatArray]]
     """Reads the waypoints (m, joints) of trajectories by id, for selectors that look inside."""
 
@@ -72,12 +76,21 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Kept:
-    """What a selector chose: numbers of candidate rows, and for each, where it applies, what led to it."""
+    """What a selector chose: numbers of candidate rows, and for each, where it applies, what led to it.
+
+    The last three are for selectors that do more than to keep whole trajectories as they are.
+    """
 
     rows: IntArray
     rank: IntArray | None = None
     score: FloatArray | None = None
     cluster: IntArray | None = None
+    steps: Sequence[IntArray | None] | None = None
+    """Waypoints, counted from 0, at which a training window may begin; None stands for all of them."""
+    weight: FloatArray | None = None
+    """How much more often than by their number a trajectory's windows are drawn; 1 unless given."""
+    q: Sequence[FloatArray] | None = None
+    """Waypoints (m, joints) to learn from in place of the stored ones."""
 
 
 Choose = Callable[[Problem, Any], Kept]

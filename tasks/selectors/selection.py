@@ -7,17 +7,21 @@ import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import duckdb
 import numpy as np
 import pyarrow as pa
 
 from plancurate.errors import PlancurateError
+from plancurate.robots.robot import Robot
+from plancurate.robots.scene import Scene
 from plancurate.tasks.lake.schema import table
 from plancurate.tasks.pool import FloatArray, Pool
 from plancurate.tasks.selectors.base import STAGES, Kept, Problem, Selector, Stopwatch, find_selector
 
-KEPT_COLUMNS = ("trajectory_id", "target_id", "planner", "goal_index", "cluster", "score", "rank")
+POOL_COLUMNS = ("trajectory_id", "target_id", "planner", "goal_index")
+KEPT_COLUMNS = (*POOL_COLUMNS, "cluster", "score", "rank", "steps", "weight", "q")
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +72,8 @@ def select(
     seed: int,
     params: Mapping[str, object] | None = None,
     *,
+    robot: Robot,
+    scene: Scene,
     waypoints: Callable[[Sequence[str]], list[FloatArray]],
     clock: Callable[[], float] = time.perf_counter,
 ) -> Selection:
@@ -81,7 +87,8 @@ def select(
         with watch("prepare"):
             numbered = pool.candidates.append_column("row", pa.array(np.arange(pool.candidates.num_rows)))
             connection.register("candidates", numbered)
-        kept = chosen.choose(Problem(pool, budget or 1, seed, connection, watch, waypoints), settings)
+        problem = Problem(pool, budget or 1, seed, connection, watch, robot, scene, waypoints)
+        kept = chosen.choose(problem, settings)
         with watch("select"):
             rows = _kept_rows(pool, kept)
         elapsed = clock() - start
@@ -120,10 +127,16 @@ def checked_budget(chosen: Selector, budget: int | None) -> int | None:
 
 def _kept_rows(pool: Pool, kept: Kept) -> pa.Table:
     schema = table("selections").schema
-    picked = pool.candidates.select(KEPT_COLUMNS[:4]).take(kept.rows)
-    for name in KEPT_COLUMNS[4:]:
+    picked = pool.candidates.select(POOL_COLUMNS).take(kept.rows)
+    for name in KEPT_COLUMNS[len(POOL_COLUMNS) :]:
         values = getattr(kept, name)
         kind = schema.field(name).type
-        column = pa.nulls(len(kept.rows), kind) if values is None else pa.array(values).cast(kind)
+        column = pa.nulls(len(kept.rows), kind) if values is None else _column(values, kind)
         picked = picked.append_column(name, column)
     return picked.sort_by("trajectory_id")
+
+
+def _column(values: Any, kind: pa.DataType) -> pa.Array:
+    if pa.types.is_list(kind):  # of arrays of different lengths
+        return pa.array([value if value is None else np.asarray(value).tolist() for value in values], kind)
+    return pa.array(values).cast(kind)

@@ -8,6 +8,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 import pytest
 
+from plancurate.robots import load_robot, load_scene
 from plancurate.sql import names
 from plancurate.tasks.curate import curate
 from plancurate.tasks.lake import Lake
@@ -22,7 +23,7 @@ def curated(small_lake: Lake) -> Lake:
     """The small lake with two selections."""
     pool = load_pool(small_lake, POOL)
     for name in ("General", "KMeans_Hybrid"):
-        curate(small_lake, pool, name, 2, 0, metadata={})
+        curate(small_lake, pool, name, 2, 0, robot=load_robot("h2017"), scene=load_scene("free"), metadata={})
     return small_lake
 
 

@@ -1,15 +1,18 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 
 import pytest
 
 from plancurate.errors import PlancurateError, UnknownNameError
-from plancurate.tasks.curate import curate
+from plancurate.robots import load_robot, load_scene
+from plancurate.tasks import curate as steps
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.pool import load_pool
 from plancurate.tasks.selectors.base import Kept, Problem, Settings, selector, selector_names
 
+curate = partial(steps.curate, robot=load_robot("h2017"), scene=load_scene("free"))
 PARTITION = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 BUILT_IN = (
     "General", "Random", "RuleBased_General", "KMeans", "DBSCAN", "Hierarchical",
@@ -37,7 +40,8 @@ def test_stages_add_up_to_at_most_the_selection_time(small_lake: Lake) -> None:
     ticks = iter(range(100))
     pool = load_pool(small_lake, PARTITION)
     selection = curate(small_lake, pool, "KMeans_Hybrid", 1, 0, metadata={}, clock=lambda: float(next(ticks)))
-    assert selection.seconds == {"prepare": 1.0, "cluster": 1.0, "score": 1.0, "select": 2.0}
+    spent = {stage: seconds for stage, seconds in selection.seconds.items() if seconds}
+    assert spent == {"prepare": 1.0, "cluster": 1.0, "score": 1.0, "select": 2.0}
     assert selection.selection_time_s == 11.0
 
 

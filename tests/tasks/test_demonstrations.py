@@ -78,3 +78,18 @@ def test_windows_stay_in_their_episode_and_repeat_its_last_step(lengths: list[in
         steps_left = int(starts[episode[first]] + lengths[episode[first]] - first)
         inside = list(range(first, first + steps_left))
         assert row.tolist() == (inside + [inside[-1]] * window)[:window]
+
+
+def test_windows_begin_at_the_kept_waypoints_and_while_holding_if_the_last_is_kept(robot: Robot) -> None:
+    paths = [line(robot, 4, 0.3), line(robot, 3, -0.2), line(robot, 2, 0.1)]
+    kept = [np.array([1, 3]), np.array([0]), None]
+    weights = np.array([1.0, 2.0, 0.5])
+    data = demonstrations(robot, paths, np.zeros((3, 3)), hold_steps=2, steps=kept, weights=weights)
+    assert data.window_starts.tolist() == [1, 3, 4, 5, 6, 11, 12, 13, 14]
+    assert data.window_weights is not None
+    assert data.window_weights.tolist() == [1, 1, 1, 1, 2, 0.5, 0.5, 0.5, 0.5]
+
+
+def test_keeping_no_step_at_all_is_an_error(robot: Robot) -> None:
+    with pytest.raises(PlancurateError, match="no step"):
+        demonstrations(robot, [line(robot, 4, 0.3)], np.zeros((1, 3)), steps=[np.array([], dtype=np.int64)])

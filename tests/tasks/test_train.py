@@ -11,7 +11,8 @@ from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots import Robot, load_robot, load_scene
 from plancurate.tasks.demonstrations import Demonstrations, demonstrations
 from plancurate.tasks.evaluate import EvaluateSettings, roll_out
-from plancurate.tasks.policies.batches import normaliser, standardised
+from plancurate.tasks.policies import make_policy
+from plancurate.tasks.policies.batches import Batches, normaliser, standardised
 from plancurate.tasks.policies.trained import TrainedPolicy
 from plancurate.tasks.targets import Target
 from plancurate.tasks.tested_targets import unseen_tests
@@ -102,6 +103,18 @@ def test_only_listed_window_starts_are_learnt_from(robot: Robot) -> None:
     clean = train("BC_RNN", [first], [0], settings)[0]
     poisoned.actions[5:] = poisoned.actions[5:][::-1].copy()  # same mean and spread, other contents
     assert same(clean, train("BC_RNN", [poisoned], [0], settings)[0])
+
+
+def test_windows_are_drawn_in_proportion_to_their_weights(robot: Robot) -> None:
+    data = replace(
+        one_path(robot, UP), window_starts=np.array([0, 2, 4]), window_weights=np.array([1.0, 0, 3])
+    )
+    norm = normaliser(data, "delta")
+    kind = make_policy("BC_MLP", {"batch": 100})
+    observations, _, _ = Batches(kind, [data], [norm], [0], "delta", 1, torch.device("cpu")).next()
+    table = standardised(data, norm, "delta")[:, :9]
+    drawn = (observations.reshape(-1, 1, 9) == table[data.window_starts]).all(-1).float().mean(0)
+    assert drawn.tolist() == pytest.approx([0.25, 0, 0.75], abs=0.15)
 
 
 @pytest.mark.parametrize("action", ["delta", "absolute"])
