@@ -48,6 +48,21 @@ def lowest_of_groups(problem: Problem, groups: IntArray, key: FloatArray, budget
         return Kept(rows=rows["row"].to_numpy(), rank=rows["rank"].to_numpy())
 
 
+Scope = Literal["target", "pool"]
+
+
+def lowest_of_scope(problem: Problem, key: FloatArray, scope: Scope) -> Kept:
+    """Keep the `budget` lowest keys of each target, or as many of the pool as a whole wherever they lead."""
+    targets: IntArray = problem.pool.candidates["target_id"].to_numpy().astype(np.int64)
+    if scope == "pool":
+        total = problem.budget * problem.pool.n_targets
+        require(len(targets), total, f"the pool (k x {problem.pool.n_targets} targets are kept)")
+        return lowest_of_groups(problem, np.zeros_like(targets), key, total)
+    for target in problem.pool.targets["target_id"].to_pylist():
+        require(int(np.sum(targets == target)), problem.budget, f"target {target}")
+    return lowest_of_groups(problem, targets, key, problem.budget)
+
+
 def require(available: int, budget: int, what: str) -> None:
     """PlancurateError when `what` holds fewer candidates than the budget asks for."""
     if available < budget:
