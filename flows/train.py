@@ -23,7 +23,7 @@ from plancurate.flows.progress import Bar, stage
 from plancurate.flows.workplace import Workplace
 from plancurate.tasks import train as steps
 from plancurate.tasks.demonstrations import Demonstrations, demonstrations
-from plancurate.tasks.policies import TrainedPolicy, make_policy
+from plancurate.tasks.policies import TrainedPolicy
 from plancurate.tasks.pool import FloatArray, Pool, load_waypoints, waypoint_arrays
 from plancurate.tasks.selectors.selection import Selection
 
@@ -97,8 +97,8 @@ def networks(place: Workplace, pool: Pool) -> list[Network]:
 def network_id(place: Workplace, selection: Selection, policy: str, seed: int) -> str:
     """Name a network by everything that it is trained from."""
     training = place.config.training
-    kind = make_policy(policy, training.policies.get(policy, {})).model_dump(mode="json")
-    settings = training.model_dump(mode="json", exclude={"device", "policies"})
+    kind = training.policy(policy).model_dump(mode="json")
+    settings = training.model_dump(mode="json", exclude={"device", "size", "policies"})
     text = json.dumps([selection.selection_id, seed, kind, settings], sort_keys=True)
     return f"{policy}-s{seed}-{hashlib.sha256(text.encode()).hexdigest()[:12]}"
 

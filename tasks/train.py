@@ -14,7 +14,7 @@ from plancurate.errors import PlancurateError
 from plancurate.tasks.demonstrations import Demonstrations
 from plancurate.tasks.policies.batches import Batches, generator, normaliser
 from plancurate.tasks.policies.device import usable
-from plancurate.tasks.policies.policy import Policy, make_policy
+from plancurate.tasks.policies.policy import Policy, kind_of, make_policy
 from plancurate.tasks.policies.stack import Adam, ParameterStack
 from plancurate.tasks.policies.trained import Action, TrainedPolicy
 
@@ -46,6 +46,9 @@ class TrainSettings(BaseModel):
     action: Action = Field(
         "delta", description="next joint angles as a difference to the present ones, or as they are"
     )
+    size: Literal["small", "robomimic"] = Field(
+        "small", description="small and fast networks, or the sizes of robomimic's experiments"
+    )
     policies: dict[str, dict[str, Any]] = Field(
         default={}, description='settings of single policies, e.g. {"BC_RNN_Dropout": {"dropout": 0.3}}'
     )
@@ -56,6 +59,11 @@ class TrainSettings(BaseModel):
         for name, values in self.policies.items():
             make_policy(name, values)
         return self
+
+    def policy(self, name: str) -> Policy:
+        """Build the named policy in the size and with the settings asked for."""
+        sizes = kind_of(name).robomimic if self.size == "robomimic" else {}
+        return make_policy(name, {**sizes, **self.policies.get(name, {})})
 
 
 def train(
@@ -70,7 +78,7 @@ def train(
     A network's result depends on its data, seed and settings only, not on what else is trained with it.
     `progress` is told the gradient steps done. Raises PlancurateError for unknown names or mismatched data.
     """
-    kind = make_policy(policy, settings.policies.get(policy, {}))
+    kind = settings.policy(policy)
     _check(data, seeds)
     device = usable(settings.device)
     began = time.perf_counter()
@@ -81,6 +89,8 @@ def train(
     stack = ParameterStack(networks, device)
     batches = Batches(kind, data, normalisers, seeds, settings.action, settings.window, device)
     curve = descend(kind, stack, batches, settings, progress)
+    with torch.no_grad():
+        learnt = kind.diagnostics(stack.weights, batches.next()[0])
     share = (time.perf_counter() - began) / len(data)
     return [
         TrainedPolicy(
@@ -92,6 +102,7 @@ def train(
             seed=seed,
             train_s=share,
             loss_curve=[(step, losses[s]) for step, losses in curve],
+            diagnostics={name: float(values[s]) for name, values in learnt.items()},
         )
         for s, seed in enumerate(seeds)
     ]

@@ -10,7 +10,7 @@ from pydantic import Field
 from torch import Tensor
 from torch.nn import functional
 
-from plancurate.tasks.policies.policy import register
+from plancurate.tasks.policies.policy import Weights, register
 from plancurate.tasks.policies.rnn import RNNPolicy
 
 
@@ -48,6 +48,20 @@ class MixtureRNNPolicy(RNNPolicy):
             return (log_weight.exp()[..., None] * mean).sum(-2)
         likeliest = log_weight.argmax(-1)[..., None, None].expand(*mean.shape[:2], 1, mean.shape[-1])
         return mean.gather(-2, likeliest).squeeze(-2)
+
+    def diagnostics(self, weights: Weights, observations: Tensor) -> dict[str, Tensor]:
+        """Say how many components act, and how wide the heaviest one is (standardised actions).
+
+        Effective components are the exponential of the weights' entropy, averaged over the steps.
+        """
+        log_weight, _, std = self.mixture(self.heads(weights, observations))
+        entropy = -(log_weight.exp() * log_weight).sum(-1)
+        heaviest = log_weight.argmax(-1)[..., None, None].expand(*std.shape[:2], 1, std.shape[-1])
+        return {
+            "heaviest_weight": log_weight.exp().amax(-1).mean(1),
+            "effective_components": entropy.exp().mean(1),
+            "spread": std.gather(-2, heaviest).mean((1, 2, 3)),
+        }
 
     def mixture(self, head: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Log weights (S, b, K), means (S, b, K, n) and standard deviations (S, b, K, n)."""

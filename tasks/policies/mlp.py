@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import Literal
+from typing import Any, ClassVar, Literal
 
 import torch
 from pydantic import Field
@@ -21,6 +22,7 @@ class MLPPolicy(Policy):
     """
 
     recurrent = False
+    robomimic: ClassVar[Mapping[str, Any]] = {"batch": 100, "hidden": (1024, 1024), "activation": "relu"}
 
     batch: int = Field(256, ge=1, description="steps in each gradient step")
     hidden: tuple[int, ...] = Field((128, 128), min_length=1, description="units of each hidden layer")

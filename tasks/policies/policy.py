@@ -28,6 +28,8 @@ class Policy(BaseModel, ABC):
     name: ClassVar[str]
     recurrent: ClassVar[bool]
     """Whether it learns from windows and remembers the steps before."""
+    robomimic: ClassVar[Mapping[str, Any]]
+    """Settings that give it the size that robomimic's published experiments use."""
 
     batch: int
 
@@ -48,6 +50,10 @@ class Policy(BaseModel, ABC):
     def masks(self, steps: int, rng: torch.Generator) -> Tensor | None:
         """Draw one network's masks (steps, batch, ...) for that many gradient steps, if it uses any."""
         return None
+
+    def diagnostics(self, weights: Weights, observations: Tensor) -> dict[str, Tensor]:
+        """Numbers (S,) that tell what the networks have learnt, on observations (S, window, batch, o)."""
+        return {}
 
 
 POLICIES: dict[str, type[Policy]] = {}
@@ -71,11 +77,16 @@ def policy_names() -> list[str]:
     return sorted(POLICIES)
 
 
-def make_policy(name: str, settings: Mapping[str, Any]) -> Policy:
-    """Build a policy by name; raises PlancurateError for an unknown name, field or value."""
+def kind_of(name: str) -> type[Policy]:
+    """Return the class of that name; UnknownNameError otherwise."""
     if name not in POLICIES:
         raise UnknownNameError("policy", name, POLICIES)
-    cls = POLICIES[name]
+    return POLICIES[name]
+
+
+def make_policy(name: str, settings: Mapping[str, Any]) -> Policy:
+    """Build a policy by name; raises PlancurateError for an unknown name, field or value."""
+    cls = kind_of(name)
     for key in settings:
         if key not in cls.model_fields:
             raise UnknownNameError(f"setting of {name}", key, cls.model_fields)

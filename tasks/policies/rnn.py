@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
 import torch
 from pydantic import Field
 from torch import Tensor
@@ -17,6 +20,7 @@ class RNNPolicy(Policy):
     """GRU layers and a linear head."""
 
     recurrent = True
+    robomimic: ClassVar[Mapping[str, Any]] = {"batch": 100, "hidden": 400, "layers": 2}
 
     batch: int = Field(32, ge=1, description="windows in each gradient step")
     hidden: int = Field(64, ge=1, description="units of each layer")
@@ -35,13 +39,16 @@ class RNNPolicy(Policy):
 
     def loss(self, weights: Weights, observations: Tensor, actions: Tensor, masks: Tensor | None) -> Tensor:
         """Error of each network over all steps of all windows."""
+        return self.error(self.heads(weights, observations, masks), actions.flatten(1, 2))
+
+    def heads(self, weights: Weights, observations: Tensor, masks: Tensor | None = None) -> Tensor:
+        """Head outputs (S, window * batch, outputs) at all steps of windows (S, window, batch, o)."""
         x = observations
         for k in range(self.layers):
             x = gru(x, *_layer(weights, k))
             if masks is not None:
                 x = x * masks[:, None, :, k]
-        head = torch.baddbmm(weights["head.bias"], x.flatten(1, 2), weights["head.weight"])
-        return self.error(head, actions.flatten(1, 2))
+        return torch.baddbmm(weights["head.bias"], x.flatten(1, 2), weights["head.weight"])
 
     def step(
         self, weights: Weights, observation: Tensor, memory: Tensor | None

@@ -46,6 +46,8 @@ class TrainedPolicy:
     """Its share of the stack's wall time: seconds divided by the networks trained together."""
     loss_curve: list[tuple[int, float]] = field(default_factory=list)
     """(gradient steps done, mean loss since the entry before)."""
+    diagnostics: dict[str, float] = field(default_factory=dict)
+    """What the policy tells of what it has learnt."""
 
     @property
     def dof(self) -> int:
@@ -67,6 +69,7 @@ class TrainedPolicy:
             seed=self.seed,
             train_s=self.train_s,
             loss_curve=self.loss_curve,
+            diagnostics=self.diagnostics,
         )
         (folder / DESCRIPTION_FILE).write_text(description.model_dump_json(indent=1) + "\n")
 
@@ -84,6 +87,7 @@ class Description(BaseModel):
     seed: int
     train_s: float
     loss_curve: list[tuple[int, float]]
+    diagnostics: dict[str, float] = {}
 
 
 def load_policy(folder: Path) -> TrainedPolicy:
@@ -131,4 +135,5 @@ def _restore(file: Path, description: Description, tensors: dict[str, Tensor]) -
         description.seed,
         description.train_s,
         description.loss_curve,
+        description.diagnostics,
     )

@@ -1,14 +1,17 @@
 from __future__ import annotations
 
+import math
+
 import pytest
 import torch
 from torch import distributions
 
 from plancurate.errors import PlancurateError, UnknownNameError
-from plancurate.tasks.policies import make_policy, policy_names
+from plancurate.tasks.policies import POLICIES, make_policy, policy_names
 from plancurate.tasks.policies.dropout import DropoutRNNPolicy
 from plancurate.tasks.policies.mixture import MixtureRNNPolicy
 from plancurate.tasks.policies.policy import Policy, Weights
+from plancurate.tasks.train import TrainSettings
 
 OBSERVED, ACTED = 9, 6
 
@@ -144,3 +147,21 @@ def test_mlp_bends_by_tanh_unless_asked_for_relu() -> None:
     tanh = make_policy("BC_MLP", {}).step(weights, far, None)[0]
     relu = make_policy("BC_MLP", {"activation": "relu"}).step(weights, far, None)[0]
     assert tanh.abs().max() < 20 < relu.abs().max()
+
+
+def test_robomimic_sizes_are_accepted_and_single_settings_go_over_them() -> None:
+    settings = TrainSettings(size="robomimic", policies={"BC_RNN": {"hidden": 8}})
+    assert settings.policy("BC_MLP") == make_policy("BC_MLP", dict(POLICIES["BC_MLP"].robomimic))
+    assert settings.policy("BC_RNN_MDN").model_dump()["hidden"] == 400
+    assert settings.policy("BC_RNN").model_dump()["layers"] == 2
+    assert settings.policy("BC_RNN").model_dump()["hidden"] == 8
+    assert TrainSettings().policy("BC_RNN") == make_policy("BC_RNN", {})
+
+
+def test_a_mixture_tells_how_many_components_act_and_how_wide_they_are() -> None:
+    policy = make_policy("BC_RNN_MDN", {"components": 4, "hidden": 8})
+    weights = {name: torch.zeros_like(value) for name, value in weights_of(policy, networks=1).items()}
+    told = policy.diagnostics(weights, torch.randn(1, 3, 2, OBSERVED))
+    assert told["heaviest_weight"].item() == pytest.approx(0.25)
+    assert told["effective_components"].item() == pytest.approx(4, rel=1e-5)
+    assert told["spread"].item() == pytest.approx(math.log(2) + 0.1, rel=1e-5)
