@@ -17,7 +17,7 @@ study: setup
 	@$(BIN)/plancurate study --preset $(PRESET)
 
 test: setup-test
-	@$(BIN)/python -m pytest
+	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: setup-test $(VENV)/typing
 	@$(BIN)/ruff check . && $(BIN)/ruff format --check .
