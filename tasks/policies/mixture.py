@@ -20,7 +20,7 @@ class MixtureRNNPolicy(RNNPolicy):
 
     components: int = Field(5, ge=1, description="Gaussians of the mixture")
     min_std: float = Field(
-        0.1,
+        0.3,
         gt=0,
         description="least spread, in standardised actions: without it still steps rule the likelihood",
     )

@@ -1,0 +1,84 @@
+"""What makes the mixture-density policy reliable: one setting changed at a time.
+
+    python benchmarks/mixture.py [--home data] [--preset quick] [--seeds 3]
+
+Needs the candidates of a study in the home folder (`plancurate generate --preset quick`). Trains BC_RNN_MDN on what
+KMeans_Hybrid keeps and on the whole pool, and rolls it out on displaced targets of a seed of its own: the study's
+tests stay untouched.
+"""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from plancurate.flows.config import load_config
+from plancurate.flows.curate import make_selection, study_pool
+from plancurate.flows.home import Home
+from plancurate.flows.train import selected_demonstrations
+from plancurate.flows.workplace import Workplace
+from plancurate.tasks.demonstrations import Demonstrations
+from plancurate.tasks.evaluate import EvaluateSettings, roll_out
+from plancurate.tasks.target_table import stored_targets
+from plancurate.tasks.tested_targets import displaced_tests
+from plancurate.tasks.train import TrainSettings, train
+
+TEST_SEED = 2000  # not the studies'
+POLICY = "BC_RNN_MDN"
+VARIANTS: dict[str, dict[str, Any]] = {
+    "defaults": {},
+    "min_std 0.0001": {"min_std": 1e-4},
+    "min_std 0.01": {"min_std": 0.01},
+    "min_std 0.3": {"min_std": 0.3},
+    "no weight decay": {"weight_decay": 0.0},
+    "min_std 0.0001, no weight decay": {"min_std": 1e-4, "weight_decay": 0.0},
+    "mean of the mixture": {"mode": "mean"},
+    "one component": {"components": 1},
+    "twenty components": {"components": 20},
+}
+
+
+def main() -> None:
+    """Train and test every variant on both selections."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--home", type=Path)
+    parser.add_argument("--preset", default="quick")
+    parser.add_argument("--seeds", type=int, default=3)
+    asked = parser.parse_args()
+    warnings.simplefilter("ignore")
+    torch.set_num_threads(1)
+    place = Workplace(load_config(asked.preset, None, {}), Home.resolve(asked.home))
+    pool = study_pool(place)
+    for selector, budget in (("KMeans_Hybrid", place.config.budgets[-1]), ("General", None)):
+        print(f"{selector}: success, settled (percent); heaviest weight, components at work, spread")
+        data = selected_demonstrations(place, pool, make_selection(place, pool, selector, budget))
+        for name, change in VARIANTS.items():
+            print(f"  {name:33s} {measured(place, data, change, asked.seeds)}", flush=True)
+
+
+def measured(place: Workplace, data: Demonstrations, change: dict[str, Any], seeds: int) -> str:
+    """Success and settled rate over all seeds, and the means of what the networks tell of themselves."""
+    training = {name: value for name, value in change.items() if name == "weight_decay"}
+    policy = {name: value for name, value in change.items() if name != "weight_decay"}
+    settings = TrainSettings(policies={POLICY: policy}, **training)
+    trained = train(POLICY, [data] * seeds, list(range(seeds)), settings)
+    targets = stored_targets(place.lake, place.partition)[: place.config.n_targets]
+    tests = displaced_tests(targets, TEST_SEED)
+    tables = roll_out(trained, place.robot, place.scene, tests, EvaluateSettings())
+    rates = [
+        np.mean([table[column].to_numpy().mean() for table in tables]) for column in ("success", "settled")
+    ]
+    told = {name: np.mean([t.diagnostics[name] for t in trained]) for name in trained[0].diagnostics}
+    percent = "  ".join(f"{100 * rate:5.1f}" for rate in rates)
+    return percent + "   " + "  ".join(f"{value:5.2f}" for value in told.values())
+
+
+if __name__ == "__main__":
+    main()
