@@ -50,6 +50,11 @@ inline std::size_t require_states(const Array<double>& q, const std::string& nam
     return q.shape(0);
 }
 
+inline void require_resolution(double resolution) {
+    if (!std::isfinite(resolution) || resolution < 1e-6)
+        throw std::invalid_argument("resolution must be finite and at least 1e-6 rad");
+}
+
 template <class T>
 std::vector<T> to_vector(const Array<T>& array, const std::string& name, std::int64_t count) {
     require_shape(array, name, {count});

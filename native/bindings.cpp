@@ -82,8 +82,7 @@ NumpyBools free_edges(const Robot& robot, const Scene& scene, const Array<double
     const std::size_t count = require_states(q0, "q0", robot.dof);
     require_shape(q1, "q1", {static_cast<std::int64_t>(count), robot.dof});
     require_states(q1, "q1", robot.dof);
-    if (!std::isfinite(resolution) || resolution < 1e-6)
-        throw std::invalid_argument("resolution must be finite and at least 1e-6 rad");
+    require_resolution(resolution);
     NumpyBools free = new_array<bool>({count});
     nb::gil_scoped_release unlocked;
     std::uint64_t state_checks = 0;

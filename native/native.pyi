@@ -186,6 +186,25 @@ def plan(
             arrays of the wrong shape.
     """
 
+def simplify(
+    robot: Robot, scene: Scene, path: FloatArray, *, seed: int, resolution: float = 0.01
+) -> FloatArray:
+    """Return a path (v, n), rad, no longer than `path` (w, n), with the very same ends and free as well.
+
+    OMPL's vertex reduction and shortcuts, then its B-spline smoothing of the corners that are left, which gives up
+    to eight times their waypoints. It depends on the arguments alone, whatever runs beside it.
+
+    Args:
+        robot: the arm.
+        scene: what it must not touch.
+        path: waypoints; joint limits are not looked at, and no waypoint leaves the range of these.
+        seed: of the shortcuts tried, 0 .. 2**64 - 1.
+        resolution: largest joint step between checked states of an edge, rad.
+
+    Raises:
+        ValueError: the path is empty or not free (the message says where), or has the wrong shape.
+    """
+
 def planners() -> list[PlannerInfo]:
     """List all planners."""
 

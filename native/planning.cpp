@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 
 #include <ompl/base/Planner.h>
 #include <ompl/config.h>
 #include <ompl/geometric/PathGeometric.h>
-#include <ompl/geometric/PathSimplifier.h>
 #include <ompl/util/Exception.h>
+
+#include "paths.hpp"
 
 namespace plancurate {
 
@@ -19,18 +19,6 @@ namespace ob = ompl::base;
 namespace og = ompl::geometric;
 
 namespace {
-
-double distance(const Configuration& a, const Configuration& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += (b[i] - a[i]) * (b[i] - a[i]);
-    return std::sqrt(sum);
-}
-
-double length(const std::vector<Configuration>& path) {
-    double sum = 0;
-    for (std::size_t i = 1; i < path.size(); ++i) sum += distance(path[i - 1], path[i]);
-    return sum;
-}
 
 std::size_t nearest_goal(const Query& query, const Configuration& q) {
     std::size_t best = 0;
@@ -52,53 +40,6 @@ void check_arguments(const Query& query, const Budget& budget) {
     require(std::isfinite(query.resolution) && query.resolution > 0, "resolution: a positive number is needed");
     require(budget.state_checks > 0 && budget.polls > 0, "budget: state_checks and polls must be positive");
     require(budget.seconds > 0, "budget: seconds must be positive");
-}
-
-// The same function by its newer name, where there is one, or its older.
-template <class Simplifier>
-auto shortcut(Simplifier& simplifier, og::PathGeometric& path, int) -> decltype(simplifier.partialShortcutPath(path)) {
-    return simplifier.partialShortcutPath(path);
-}
-template <class Simplifier>
-bool shortcut(Simplifier& simplifier, og::PathGeometric& path, long) {
-    return simplifier.shortcutPath(path);
-}
-
-// OMPL's own simplification (MoveIt uses the same) without its B-spline step, which multiplies the waypoints by
-// eight, and without a clock: the steps are bounded by the number of waypoints, the rounds by a constant.
-void shorten(og::PathGeometric& path, SeedSequence& seeds) {
-    std::optional<og::PathSimplifier> simplifier;
-    {
-        const SeededSection seeded(seeds);
-        simplifier.emplace(path.getSpaceInformation());
-    }
-    constexpr int rounds = 5;
-    for (int round = 0; round < rounds && path.getStateCount() > 2; ++round) {
-        const bool fewer = simplifier->reduceVertices(path);
-        const bool shorter = shortcut(*simplifier, path, 0);
-        simplifier->collapseCloseVertices(path);
-        if (!fewer && !shorter) break;
-    }
-    simplifier->reduceVertices(path);
-}
-
-std::vector<Configuration> waypoints(const og::PathGeometric& path, std::size_t dof) {
-    std::vector<Configuration> rows;
-    for (std::size_t i = 0; i < path.getStateCount(); ++i) {
-        const double* q = values(path.getState(i));
-        Configuration row(q, q + dof);
-        if (rows.empty() || rows.back() != row) rows.push_back(row);
-    }
-    return rows;
-}
-
-// Number of the first edge that is not free, or 0.
-std::size_t blocked_edge(const Query& query, const std::vector<Configuration>& path) {
-    std::uint64_t uncounted = 0;
-    for (std::size_t i = 1; i < path.size(); ++i)
-        if (!edge_is_free(query.robot, query.scene, path[i - 1].data(), path[i].data(), query.resolution, uncounted))
-            return i;
-    return 0;
 }
 
 // Interpolation may leave the ends a rounding error away from what was asked for.

@@ -11,24 +11,25 @@
 #include <ompl/util/Console.h>
 
 #include "arrays.hpp"
+#include "paths.hpp"
 #include "planning.hpp"
 
 namespace plancurate {
 
 namespace {
 
-std::vector<Configuration> rows(const Array<double>& array) {
-    std::vector<Configuration> list;
+Path rows(const Array<double>& array) {
+    Path list;
     for (const double* row = array.data(); row != array.data() + array.size(); row += array.shape(1))
         list.emplace_back(row, row + array.shape(1));
     return list;
 }
 
 // (w, n) waypoints; (0, n) when there is no path.
-NumpyDoubles path_array(const Result& result, std::size_t dof) {
-    NumpyDoubles array = new_array<double>({result.path.size(), dof});
+NumpyDoubles path_array(const Path& path, std::size_t dof) {
+    NumpyDoubles array = new_array<double>({path.size(), dof});
     double* out = array.data();
-    for (const Configuration& q : result.path) out = std::copy(q.begin(), q.end(), out);
+    for (const Configuration& q : path) out = std::copy(q.begin(), q.end(), out);
     return array;
 }
 
@@ -48,8 +49,20 @@ BoundResult bound_plan(const Robot& robot, const Scene& scene, const std::string
         const nb::gil_scoped_release released;
         result = plan(query, planner, params, seed, budget, simplify);
     }
-    nb::object path = nb::cast(path_array(result, robot.dof));
+    nb::object path = nb::cast(path_array(result.path, robot.dof));
     return {std::move(result), std::move(path)};
+}
+
+NumpyDoubles bound_simplify(const Robot& robot, const Scene& scene, const Array<double>& path, std::uint64_t seed,
+                            double resolution) {
+    require_states(path, "path", robot.dof);
+    require_resolution(resolution);
+    Path answer = rows(path);
+    {
+        const nb::gil_scoped_release released;
+        answer = simplify(robot, scene, answer, seed, resolution);
+    }
+    return path_array(answer, robot.dof);
 }
 
 template <auto member>
@@ -97,6 +110,8 @@ void bind_planning(nanobind::module_& module) {
     module.def("plan", &bound_plan, nb::arg("robot"), nb::arg("scene"), nb::arg("planner"), nb::arg("start"),
                nb::arg("goals"), nb::kw_only(), nb::arg("params"), nb::arg("seed"), nb::arg("budget"),
                nb::arg("resolution"), nb::arg("simplify"));
+    module.def("simplify", &bound_simplify, nb::arg("robot"), nb::arg("scene"), nb::arg("path"), nb::kw_only(),
+               nb::arg("seed"), nb::arg("resolution") = 0.01);
     module.def("planners", &planners);
     module.def("ompl_version", &ompl_version);
 }

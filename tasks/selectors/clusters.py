@@ -65,13 +65,18 @@ def hierarchical_labels(pool: Pool, settings: HierarchicalSettings, seed: int) -
 
 def cluster_of_targets(pool: Pool, labels: IntArray) -> IntArray:
     """The cluster (targets,) whose centroid is nearest to each target; NOISE when there are no clusters."""
-    found = labels != NOISE
-    if not found.any():
+    if not np.any(labels != NOISE):
         return np.full(pool.n_targets, NOISE)
+    return _integers(cluster_distances(pool, labels).argmin(axis=1))
+
+
+def cluster_distances(pool: Pool, labels: IntArray) -> FloatArray:
+    """Distance (targets, clusters), m, from each target to the mean final tool position of each cluster."""
+    found = labels != NOISE
     members = np.bincount(labels[found])
     sums = [np.bincount(labels[found], axis) for axis in pool.tool_positions()[found].T]
     centroids: FloatArray = np.column_stack(sums) / members[:, None]
-    return _integers(cdist(pool.target_positions(), centroids).argmin(axis=1))
+    return np.asarray(cdist(pool.target_positions(), centroids))
 
 
 def _smallest_distance(points: FloatArray) -> float:
