@@ -24,6 +24,7 @@ for _name in ("report", "sql"):
     app.command(f"plancurate.flows.answers:{_name}", name=_name)
 for _name in ("robots", "planners", "selectors", "policies"):
     app.command(f"plancurate.flows.shelf:{_name}", name=_name)
+app.command("plancurate.flows.compare:compare", name="compare")
 app.command("plancurate.flows.doctor:doctor", name="doctor")
 
 

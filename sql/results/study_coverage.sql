@@ -1,0 +1,51 @@
+-- What each selection of a study keeps: trajectories a target (targets without any count as 0), planners and
+-- goal configurations. Grain: selector, budget.
+-- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
+WITH tested AS (
+    SELECT DISTINCT robot, scene, pool, selector, selection_id
+    FROM evaluations
+    WHERE study = $study AND kind = $kind
+),
+
+kept AS (
+    SELECT selections.* FROM selections INNER JOIN tested USING (robot, scene, pool, selector, selection_id)
+),
+
+every_target AS (    -- a study's targets are numbered from 0
+    SELECT DISTINCT selection_id, unnest(range(n_targets)) AS target_id FROM kept
+),
+
+per_target AS (
+    SELECT every_target.selection_id, count(kept.trajectory_id) AS kept
+    FROM every_target
+    LEFT JOIN kept USING (selection_id, target_id)
+    GROUP BY every_target.selection_id, every_target.target_id
+),
+
+spread AS (
+    SELECT
+        selection_id,
+        min(kept) AS least,
+        median(kept) AS median,
+        max(kept) AS most,
+        count_if(kept = 0) AS targets_without
+    FROM per_target
+    GROUP BY selection_id
+)
+
+SELECT
+    kept.selector,
+    kept.budget,
+    count(*)::INTEGER AS kept,
+    any_value(kept.n_pool) AS pool,
+    any_value(kept.n_targets) AS targets,
+    any_value(spread.targets_without)::INTEGER AS targets_without,
+    any_value(spread.least)::INTEGER AS least_per_target,
+    any_value(spread.median) AS median_per_target,
+    any_value(spread.most)::INTEGER AS most_per_target,
+    count(DISTINCT kept.planner)::INTEGER AS planners,
+    count(DISTINCT (kept.target_id, kept.goal_index))::INTEGER AS goal_configurations
+FROM kept
+INNER JOIN spread USING (selection_id)
+GROUP BY kept.selector, kept.budget, kept.selection_id
+ORDER BY kept.selector, kept.budget NULLS FIRST, kept.selection_id;
