@@ -21,7 +21,8 @@ class UnknownNameError(PlancurateError):
         names = sorted(valid)
         near = difflib.get_close_matches(name, names, n=3, cutoff=0.4)
         hint = f"did you mean {' or '.join(near)}? " if near else ""
-        super().__init__(f"unknown {kind} '{name}': {hint}valid are {', '.join(names)}")
+        choice = f"valid are {', '.join(names)}" if names else "there is none yet"
+        super().__init__(f"unknown {kind} '{name}': {hint}{choice}")
         self.kind, self.name, self.valid = kind, name, tuple(names)
 
     def __reduce__(self) -> tuple[type, tuple[str, str, tuple[str, ...]]]:
