@@ -204,14 +204,13 @@ def roll_out(problem: Problem, policy: SampledPolicy, each: int) -> Rollouts:
     trials = Trials(problem.robot, problem.scene, positions, settings)
     seen, done, lengths = [], [], np.zeros(len(positions), dtype=np.int64)
     for _ in range(settings.max_steps):
-        acting = ~(trials.reached | trials.stopped)
-        if not acting.any():
-            break
         observations, actions = policy.sample(trials.observations(), rng)
         seen.append(observations)
         done.append(actions)
-        lengths += acting
+        lengths += ~(trials.reached | trials.stopped)
         trials.move(trials.q + policy.differences(actions))
+        if (trials.reached | trials.stopped).all():
+            break
     return Rollouts(
         steps=_joined(seen, done, lengths),
         returns=np.where(trials.reached, 1.0, -1.0),
@@ -228,7 +227,7 @@ def _joined(seen: list[Float32Array], done: list[Float32Array], lengths: IntArra
 
 def own_targets(pool: Pool, each: int, seed: int) -> FloatArray:
     """Positions (targets * each, 3), m, displaced evenly up to DISPLACED_M, in directions of no evaluation."""
-    distance = np.linspace(0, DISPLACED_M, each)[:, None]
+    distance = np.linspace(DISPLACED_M / each, DISPLACED_M, each)[:, None]  # tests in place are evaluation's
     ids = pool.targets["target_id"].to_pylist()
     return np.concatenate(
         [
