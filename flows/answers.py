@@ -9,19 +9,24 @@ import pyarrow as pa
 import pyarrow.csv
 from rich.table import Table
 
-from plancurate.flows.console import output
+from plancurate.flows.console import console, output
 from plancurate.flows.options import HomeOptions
 from plancurate.flows.show import as_json, as_markdown
 from plancurate.tasks.lake import Lake
+from plancurate.tasks.report import build_report, write_report
 from plancurate.tasks.results import result_rows
 
 
 def report(
     *, study: str, format: Literal["markdown", "json"] = "markdown", options: HomeOptions = HomeOptions()
 ) -> None:
-    """Print a study's result rows: one for each selector, budget, policy and seed."""
-    rows = result_rows(Lake(options.folder().lake), study)
+    """Print a study's result rows, one for each selector, budget, policy and seed, and write its report."""
+    home = options.folder()
+    lake = Lake(home.lake)
+    rows = result_rows(lake, study)
+    page = write_report(build_report(lake, study), home.reports / study)
     write(as_json(rows) if format == "json" else as_markdown([row.report() for row in rows]))
+    console.print(f"report {page}", highlight=False, soft_wrap=True)
 
 
 def sql(

@@ -23,7 +23,7 @@ def show_results(config: StudyConfig, home: Home) -> None:
     best = ", ".join(f"{row.selector} {100 * row.success_rate:.1f}" for row in summaries[:3])
     for what, where in (
         ("best", best),
-        ("report", f"{home.reports / config.name}"),
+        ("report", f"{home.reports / config.name / 'index.html'}"),
         ("lake", 'plancurate sql "SELECT * FROM evaluations LIMIT 5"'),
         ("pages", "make serve (Prefect and MLflow on 127.0.0.1)"),
     ):

@@ -11,18 +11,27 @@ from plancurate.flows.curate import study_pool
 from plancurate.flows.evaluate import evaluation_id, study_folder
 from plancurate.flows.home import Home
 from plancurate.flows.progress import Bar, stage
-from plancurate.flows.show import as_json, as_markdown, matrix_markdown
+from plancurate.flows.show import matrix_markdown
 from plancurate.flows.train import Network, networks
 from plancurate.flows.workplace import Workplace
 from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.policies import load_policy
+from plancurate.tasks.report import build_report, markdown, write_report
 from plancurate.tasks.results import ResultRow, result_rows, summary_rows
-from plancurate.tasks.tracking import ChildRun, StudyRun, ensure_store, finish_study, log_child, start_study
+from plancurate.tasks.tracking import (
+    ChildRun,
+    StudyRun,
+    ensure_store,
+    finish_study,
+    log_child,
+    log_report,
+    start_study,
+)
 
 
 @flow(name="publish", flow_run_name="publish {config.name}")
 def publish(config: StudyConfig, home: str | None = None) -> None:
-    """Log every network's results and model to MLflow and write the study's tables."""
+    """Log every network's results and model to MLflow and write the study's report."""
     place = Workplace(config, Home.resolve(home))
     trained = networks(place, study_pool(place))
     rows = {
@@ -33,6 +42,7 @@ def publish(config: StudyConfig, home: str | None = None) -> None:
     with stage("track", len(trained), "runs") as bar:
         track(place, run, trained, rows, bar)
     table = write_tables(place)
+    log_report(run, place.home.reports / config.name)
     write_catalog(place.lake.root)
     best = summary_rows(place.lake, study_folder(config))[0]
     finish_study(run, table, {"best_success_rate": best.success_rate, "networks": float(len(trained))})
@@ -79,6 +89,7 @@ def child_run(place: Workplace, network: Network, row: ResultRow) -> ChildRun:
         "selection_time_s": row.selection_time_s,
         **{f"selection_{name}_s": seconds for name, seconds in selection.seconds.items()},
         "train_time_s": policy.train_s,
+        **{f"policy_{name}": value for name, value in policy.diagnostics.items()},
         "n": row.n,
         "n_kept": row.n_kept,
     }
@@ -108,15 +119,12 @@ def child_run(place: Workplace, network: Network, row: ResultRow) -> ChildRun:
 
 @task(task_run_name="write tables", cache_policy=NO_CACHE, persist_result=False)
 def write_tables(place: Workplace) -> str:
-    """Write the result rows to the reports folder and to Prefect; return the matrix as Markdown."""
+    """Write the report to the reports folder and its tables to Prefect; return the matrix as Markdown."""
     study = study_folder(place.config)
-    rows, summaries = result_rows(place.lake, study), summary_rows(place.lake, study)
-    table = f"# {place.config.name}: success in percent\n\n{matrix_markdown(rows, summaries)}"
-    folder = place.home.reports / place.config.name
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "results.json").write_text(as_json(rows))
-    (folder / "results.md").write_text(
-        f"{table}\n## All rows\n\n{as_markdown([row.report() for row in rows])}"
+    report = build_report(place.lake, study)
+    write_report(report, place.home.reports / place.config.name)
+    create_markdown_artifact(
+        markdown(report, figures=False), key="results", description=f"Report of study {place.config.name}"
     )
-    create_markdown_artifact(table, key="results", description=f"Success of study {place.config.name}")
-    return table
+    rows, summaries = result_rows(place.lake, study), summary_rows(place.lake, study)
+    return f"# {place.config.name}: success in percent\n\n{matrix_markdown(rows, summaries)}"

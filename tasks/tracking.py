@@ -176,6 +176,11 @@ def finish_study(
     client.set_terminated(study.run_id, status)
 
 
+def log_report(study: StudyRun, folder: Path) -> None:
+    """Keep a folder of pages, tables and figures with the parent run."""
+    _client(study.uri).log_artifacts(study.run_id, str(folder), "report")
+
+
 def _client(uri: str) -> MlflowClient:
     """A client of the store, with MLflow told to keep to itself."""
     for variable, value in ENVIRONMENT.items():

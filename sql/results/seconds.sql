@@ -1,5 +1,6 @@
 -- Seconds of work that a study took, by stage, over all processes. Grain: one row.
--- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets; $planners and $n_targets: the study's.
+-- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets; $planners, $n_targets: of its
+-- configuration.
 WITH trials AS (
     SELECT * FROM evaluations WHERE study = $study AND kind = $kind
 ),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import shlex
 import subprocess
 from pathlib import Path
 
@@ -160,3 +161,37 @@ def test_a_model_loads_with_mlflow_and_without_unpickling(
     model = mlflow.pyfunc.load_model(str(folder))
     answer = model.predict(np.zeros((4, 9)))
     assert np.asarray(answer).shape == (4, 6)
+
+
+def test_a_study_leaves_a_page_whose_numbers_the_lake_gives_again(
+    smoke: Studied, plancurate: Command
+) -> None:
+    from mlflow import MlflowClient
+
+    folder = smoke.home / "reports" / "smoke"
+    text = (folder / "index.html").read_text()
+    for selector in SMOKE.selectors:
+        assert selector in text
+    assert (folder / "report.md").read_text().startswith("# Study smoke\n")
+    first = json.loads((folder / "report.json").read_text())["tables"][0]
+    counts = {(row["selector"], row["budget"], row["n"], row["successes"]) for row in first["rows"]}
+    words = shlex.split(first["commands"][0])
+    done = plancurate(*words[1:], "--format", "json", "--home", str(smoke.home))
+    rows = json.loads(done.stdout)
+    assert {(row["selector"], row["budget"], row["n"], row["successes"]) for row in rows} == counts
+
+    client = MlflowClient(f"sqlite:///{smoke.home / 'mlflow.db'}")
+    experiment = client.get_experiment_by_name("smoke")
+    assert experiment is not None
+    (parent,) = client.search_runs([experiment.experiment_id], "tags.study = 'smoke'")
+    kept = {file.path for file in client.list_artifacts(parent.info.run_id, "report/figures")}
+    assert kept == {f"report/figures/{file.name}" for file in (folder / "figures").iterdir()}
+
+
+def test_a_report_is_written_again_on_demand(smoke: Studied, plancurate: Command) -> None:
+    page = smoke.home / "reports" / "smoke" / "index.html"
+    before = page.read_text()
+    page.unlink()
+    done = plancurate("report", "--study", "smoke", "--format", "json", "--home", str(smoke.home))
+    assert done.stderr.strip() == f"report {page}"
+    assert page.read_text() == before
