@@ -7,6 +7,7 @@ from typing import Literal
 
 import pyarrow as pa
 import pyarrow.csv
+from rich.console import Console
 from rich.table import Table
 
 from plancurate.flows.console import console, output
@@ -15,6 +16,8 @@ from plancurate.flows.show import as_json, as_markdown
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.report import build_report, write_report
 from plancurate.tasks.results import result_rows
+
+MOST_WIDE = 10_000  # characters
 
 
 def report(
@@ -35,11 +38,20 @@ def sql(
     """Ask the lake: read-only, with the views trajectories, targets, selections, evaluations, studies, waypoints."""
     rows = Lake(options.folder().lake).sql(query)
     if format == "table":
-        output.print(as_table(rows))
+        show(as_table(rows))
     elif format == "csv":
         pyarrow.csv.write_csv(rows, sys.stdout.buffer)
     else:
         write(rows.to_pandas().to_json(orient="records", date_format="iso", indent=1))
+
+
+def show(table: Table) -> None:
+    """Print a table; into a file or a pipe as wide as it is, since nothing there limits the width."""
+    if output.is_terminal:
+        output.print(table)
+    else:
+        wide = Console(width=MOST_WIDE)
+        Console(width=wide.measure(table).maximum, highlight=False).print(table)
 
 
 def as_table(rows: pa.Table) -> Table:
