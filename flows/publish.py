@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+
 from prefect import flow, task
 from prefect.artifacts import create_markdown_artifact
 from prefect.cache_policies import NO_CACHE
@@ -16,7 +18,8 @@ from plancurate.flows.train import Network, networks
 from plancurate.flows.workplace import Workplace
 from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.policies import load_policy
-from plancurate.tasks.report import build_report, markdown, write_report
+from plancurate.tasks.report import Report, build_report, markdown, write_report
+from plancurate.tasks.report.page import style_sheet
 from plancurate.tasks.results import ResultRow, result_rows, summary_rows
 from plancurate.tasks.tracking import (
     ChildRun,
@@ -126,5 +129,19 @@ def write_tables(place: Workplace) -> str:
     create_markdown_artifact(
         markdown(report, figures=False), key="results", description=f"Report of study {place.config.name}"
     )
+    create_markdown_artifact(
+        pictures(report), key="figures", description=f"Figures of study {place.config.name}"
+    )
     rows, summaries = result_rows(place.lake, study), summary_rows(place.lake, study)
     return f"# {place.config.name}: success in percent\n\n{matrix_markdown(rows, summaries)}"
+
+
+def pictures(report: Report) -> str:
+    """Return the report's figures as Markdown that holds its images itself: Prefect serves no files."""
+    style, lines = style_sheet(), []
+    for figure in report.figures:
+        lines.append(f"## {figure.title}")
+        for caption, drawing in figure.pictures:
+            image = base64.b64encode(drawing.svg(style).encode()).decode()
+            lines.append(f"![{caption or figure.title}](data:image/svg+xml;base64,{image})")
+    return "\n\n".join(lines)
