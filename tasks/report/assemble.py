@@ -109,7 +109,7 @@ def rate(row: dict[str, Any]) -> str:
 
 def scope(source: Source) -> str:
     """What the study covers."""
-    networks = len(source.rows("outcomes"))
+    networks = len(source.rows("by_policy"))
     found = source.recorded
     place = f"Robot {found['robot']} in scene {found['scene']}: " if found else ""
     targets = f"{source.config['n_targets']} training targets, " if source.config else ""

@@ -38,7 +38,7 @@ MEASURES = ("final_distance", "path_length", "joint_movement")
 def success_rows(source: Source) -> list[SuccessRow]:
     """Table A1: each selection over all policies and training seeds, best first."""
     rows = source.rows("by_selector")
-    drawn = network_intervals(source.rows("outcomes"))
+    drawn = network_intervals(source.rows("by_policy"))
     return [
         SuccessRow(
             *selection(row),
@@ -94,7 +94,7 @@ def success_table(source: Source) -> Table[SuccessRow]:
              text.percent(row.settled_rate)]
             for row in rows
         ],
-        queries=[source.query("by_selector"), source.query("outcomes")],
+        queries=[source.query("by_selector"), source.query("by_policy")],
     )  # fmt: skip
 
 

@@ -116,15 +116,6 @@ def test_quality_has_means_and_sample_deviations(lake: Lake) -> None:
     assert (general["n"], general["path_length"], general["path_length_std"]) == (1, 1.0, None)
 
 
-def test_outcomes_are_one_row_a_network(lake: Lake) -> None:
-    assert answer(lake, "outcomes") == [
-        ("DBSCAN", 2, "BC_MLP", 0, 4, 2, 1),
-        ("DBSCAN", 2, "BC_MLP", 1, 4, 1, 0),
-        ("DBSCAN", 2, "BC_RNN", 0, 4, 4, 3),
-        ("General", None, "BC_MLP", 0, 1, 1, 1),
-    ]
-
-
 def test_planners_kept_are_those_of_the_studys_own_selections(lake: Lake) -> None:
     rows = lake.query("results/planners_kept", study=STUDY, kind="displaced").to_pylist()
     assert [(row["selector"], row["budget"], row["planner"], row["kept"]) for row in rows] == [
