@@ -5,6 +5,7 @@ from __future__ import annotations
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
+from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.config import StudyConfig
 from plancurate.flows.fanout import run_all
 from plancurate.flows.home import Home
@@ -27,6 +28,8 @@ def curate(config: StudyConfig, home: str | None = None) -> None:
         run_all(
             select_part, calls, in_flight=1
         )  # side by side they would lengthen each other's selection time
+    coverage = place.lake.query("results/coverage", **place.partition)
+    table_artifact("coverage", coverage.to_pylist(), "What each selection keeps of the pool's targets.")
 
 
 @task(

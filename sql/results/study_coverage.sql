@@ -1,5 +1,6 @@
--- What each selection of a study keeps: trajectories a target (targets without any count as 0), planners and
--- goal configurations. Grain: selector, budget.
+-- What each selection of a study keeps: trajectories a target (targets without any count as 0), how many of
+-- them differ, planners, goal configurations, and the share of their steps that is learnt from.
+-- Grain: selector, budget.
 -- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
 WITH tested AS (
     SELECT DISTINCT robot, scene, pool, selector, selection_id
@@ -8,7 +9,13 @@ WITH tested AS (
 ),
 
 kept AS (
-    SELECT selections.* FROM selections INNER JOIN tested USING (robot, scene, pool, selector, selection_id)
+    SELECT
+        selections.*,
+        paths.n_waypoints,
+        (paths.target_id, paths.n_waypoints, paths.joint_movement, paths.smoothness) AS shape
+    FROM selections
+    INNER JOIN tested USING (robot, scene, pool, selector, selection_id)
+    INNER JOIN trajectories AS paths USING (robot, scene, pool, trajectory_id)
 ),
 
 every_target AS (    -- a study's targets are numbered from 0
@@ -43,8 +50,10 @@ SELECT
     any_value(spread.least)::INTEGER AS least_per_target,
     any_value(spread.median) AS median_per_target,
     any_value(spread.most)::INTEGER AS most_per_target,
+    count(DISTINCT kept.shape)::INTEGER AS distinct_kept,
     count(DISTINCT kept.planner)::INTEGER AS planners,
-    count(DISTINCT (kept.target_id, kept.goal_index))::INTEGER AS goal_configurations
+    count(DISTINCT (kept.target_id, kept.goal_index))::INTEGER AS goal_configurations,
+    (sum(coalesce(len(kept.steps), kept.n_waypoints)) / sum(kept.n_waypoints))::DOUBLE AS share_of_steps
 FROM kept
 INNER JOIN spread USING (selection_id)
 GROUP BY kept.selector, kept.budget, kept.selection_id

@@ -114,8 +114,10 @@ class CoverageRow:
     least_per_target: int
     median_per_target: float
     most_per_target: int
+    distinct_kept: int
     planners: int
     goal_configurations: int
+    share_of_steps: float
 
 
 @dataclass(frozen=True)

@@ -75,6 +75,7 @@ def selection(selector: str, budget: int | None) -> pa.Table:
             "selection_id": f"{selector}-{budget}", "seed": 0, "pool_hash": "feed", "n_targets": 3,
             "params": "{}", "trajectory_id": f"t{target:04d}-{planner}-r0-0a1b2c", "target_id": target,
             "planner": planner, "goal_index": goal, "n_pool": 16, "budget": budget, **SECONDS,
+            "steps": [0] if selector == "Random" else None,
         }
         for target, planner, goal in KEPT[selector, budget]
     ]  # fmt: skip
@@ -219,12 +220,17 @@ def test_table_a5_has_seconds_by_stage(report: Report) -> None:
     ]  # fmt: skip
 
 
-def test_coverage_counts_targets_that_a_selection_leaves_out(report: Report) -> None:
+def test_coverage_counts_targets_left_out_and_steps_learnt_from(report: Report, lake: Lake) -> None:
     rows: dict[Any, CoverageRow] = {(row.selector, row.budget): row for row in found(report, "coverage").rows}
-    assert rows["KMeans_Hybrid", 2] == CoverageRow("KMeans_Hybrid", 2, 3, 16, 3, 1, 0, 1.0, 2, 2, 3)
-    assert rows["General", None] == CoverageRow("General", None, 5, 16, 3, 0, 1, 2.0, 2, 2, 4)
+    assert rows["KMeans_Hybrid", 2] == CoverageRow("KMeans_Hybrid", 2, 3, 16, 3, 1, 0, 1.0, 2, 3, 2, 3, 1.0)
+    assert rows["General", None] == CoverageRow("General", None, 5, 16, 3, 0, 1, 2.0, 2, 5, 2, 4, 1.0)
+    waypoints = lake.sql(
+        "SELECT sum(n_waypoints) FROM trajectories WHERE target_id = 2 AND run = 0"
+    ).to_pydict()
+    share = 2 / float(next(iter(waypoints.values()))[0])
+    assert rows["Random", 2].share_of_steps == pytest.approx(share)
     assert cells(report, "coverage")["Random", "2"] == [
-        "2", "16", "0", "0", "2", "2 of 3", "2 of 2", "1",
+        "2", "16", "0", "0", "2", "2 of 3", "2", "2 of 2", "1", f"{100 * share:.1f}",
     ]  # fmt: skip
 
 
