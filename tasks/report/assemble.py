@@ -11,6 +11,7 @@ from plancurate.tasks.report.pool_tables import coverage_table, planners_table, 
 from plancurate.tasks.report.setup import setup
 from plancurate.tasks.report.source import Source, is_base, label
 from plancurate.tasks.report.tables import distance_table, policy_table, quality_table, success_table
+from plancurate.tasks.report.ways import below_random_table, ways_figure
 from plancurate.tasks.statistics import wilson_interval
 
 
@@ -24,6 +25,7 @@ def build_report(lake: Lake, study: str) -> Report:
         *fresh_targets(Source(lake, source.study, "unseen")),
         quality(source),
         selections(source),
+        reasons(source),
         *agreement_section(source),
     ]
     return Report(source.recorded.get("study", source.study), summary(source), sections, setup(source))
@@ -78,6 +80,13 @@ def selections(source: Source) -> Section:
         [figures.time_forest(source, times.rows)],
         [times, coverage_table(source), planners_table(source)],
     )
+
+
+def reasons(source: Source) -> Section:
+    """Why selections do well or badly."""
+    below = below_random_table(source)
+    text = "A policy that is shown two ways to one place learns neither."
+    return Section("reasons", "Reasons", text, [ways_figure(source)], [below] if below.rows else [])
 
 
 def agreement_section(source: Source) -> list[Section]:

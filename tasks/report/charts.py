@@ -17,6 +17,8 @@ CELL = 50.0
 # From pale to dark blue, by lightness in even steps: the order is seen without telling colours apart.
 HEAT = ("#eef4fa", "#d2e3f1", "#aecde5", "#82b3d7", "#5796c6", "#3379b1", "#195d97", "#0a4178")
 
+PLOT_HEIGHT = 280.0
+
 Format = Callable[[float], str]
 
 
@@ -42,6 +44,32 @@ class Panel:
     values: Sequence[float]
     base: Sequence[float] | None = None
     published: Sequence[float] | None = None
+
+
+@dataclass(frozen=True)
+class Point:
+    """Two shares (0 to 1) and the style sheet's class of the point."""
+
+    across: float
+    up: float
+    kind: str
+
+
+def scatter(title: str, across_axis: str, up_axis: str, points: Sequence[Point]) -> Drawing:
+    """Points by two shares, both as percent."""
+    drawing = Drawing(WIDTH, PLOT_HEIGHT, title)
+    across, up = Scale(0.0, 1.0, 44, WIDTH - 14), Scale(0.0, 1.0, PLOT_HEIGHT - BOTTOM, 24)
+    for share in (0.0, 0.2, 0.4, 0.6, 0.8, 1.0):
+        drawing.line(across.start, up(share), across.end, up(share), "grid")
+        drawing.line(across(share), up.start, across(share), up.end, "grid")
+        drawing.text(across.start - 6, up(share) + 4, f"{100 * share:.0f}", "tick", "end")
+        drawing.text(across(share), up.start + 16, f"{100 * share:.0f}", "tick", "middle")
+    drawing.text((across.start + across.end) / 2, PLOT_HEIGHT - 6, across_axis, "tick", "middle")
+    drawing.text(4, 12, up_axis, "tick")
+    for point in points:
+        draw = drawing.diamond if point.kind == "published" else drawing.dot
+        draw(across(point.across), up(point.up), 5, point.kind)
+    return drawing
 
 
 def bars(title: str, axis: str, marks: Sequence[Mark], text: Format, limit: float | None = None) -> Drawing:

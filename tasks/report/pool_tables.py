@@ -45,16 +45,17 @@ def coverage_table(source: Source) -> Table[CoverageRow]:
         key="coverage",
         title="What the selections cover",
         note="Kept trajectories a target (a target without any counts as 0), how many of all kept ones differ, "
-        "planners and goal configurations among them, and the share of their steps (percent) that is learnt from. "
-        "More goal configurations than targets mean several ways to the same place in one training set.",
+        "planners and goal configurations among them, percent that lead to the goal configuration of their target's "
+        "shortest candidate, and percent of their steps that is learnt from. More goal configurations than targets "
+        "mean several ways to the same place in one training set.",
         rows=rows,
         headers=("selector", "k", "kept", "of pool", "least a target", "median", "most", "targets without",
-                 "distinct", "planners", "goal configurations", "steps"),
+                 "distinct", "planners", "goal configurations", "shortest way", "steps"),
         cells=[
             [row.selector, text.budget(row.budget), str(row.kept), str(row.pool), str(row.least_per_target),
              f"{row.median_per_target:g}", str(row.most_per_target), f"{row.targets_without} of {row.targets}",
              str(row.distinct_kept), f"{row.planners} of {planners}" if planners else str(row.planners),
-             str(row.goal_configurations), text.percent(row.share_of_steps)]
+             str(row.goal_configurations), text.percent(row.shortest_way), text.percent(row.share_of_steps)]
             for row in rows
         ],
         queries=[source.query("study_coverage")],

@@ -117,6 +117,8 @@ class CoverageRow:
     distinct_kept: int
     planners: int
     goal_configurations: int
+    shortest_way: float
+    """Share of the kept that lead to the goal configuration of their target's shortest candidate."""
     share_of_steps: float
 
 
@@ -147,3 +149,17 @@ class AgreementRow:
     difference_interval: Interval
     verdict: str
     """In plain words."""
+
+
+@dataclass(frozen=True)
+class BelowRandomRow:
+    """A published selector that does worse than drawing as many at random, and what of its choice explains it."""
+
+    selector: str
+    budget: int
+    rate: float
+    random_rate: float
+    targets_without: int
+    shortest_way: float
+    random_shortest_way: float
+    words: str

@@ -6,6 +6,7 @@ import json
 import re
 import shlex
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
@@ -26,6 +27,7 @@ from plancurate.tasks.report.page import page
 from plancurate.tasks.report.rows import AgreementRow, CoverageRow, PlannerRow, SuccessRow
 from plancurate.tasks.report.source import Source
 from plancurate.tasks.report.tables import quality_table, success_rows
+from plancurate.tasks.report.ways import below_random, words
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 VOID = {"area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta", "source", "wbr"}
@@ -222,15 +224,17 @@ def test_table_a5_has_seconds_by_stage(report: Report) -> None:
 
 def test_coverage_counts_targets_left_out_and_steps_learnt_from(report: Report, lake: Lake) -> None:
     rows: dict[Any, CoverageRow] = {(row.selector, row.budget): row for row in found(report, "coverage").rows}
-    assert rows["KMeans_Hybrid", 2] == CoverageRow("KMeans_Hybrid", 2, 3, 16, 3, 1, 0, 1.0, 2, 3, 2, 3, 1.0)
-    assert rows["General", None] == CoverageRow("General", None, 5, 16, 3, 0, 1, 2.0, 2, 5, 2, 4, 1.0)
+    assert rows["KMeans_Hybrid", 2] == CoverageRow(
+        "KMeans_Hybrid", 2, 3, 16, 3, 1, 0, 1.0, 2, 3, 2, 3, 2 / 3, 1.0
+    )
+    assert rows["General", None] == CoverageRow("General", None, 5, 16, 3, 0, 1, 2.0, 2, 5, 2, 4, 0.8, 1.0)
     waypoints = lake.sql(
         "SELECT sum(n_waypoints) FROM trajectories WHERE target_id = 2 AND run = 0"
     ).to_pydict()
     share = 2 / float(next(iter(waypoints.values()))[0])
     assert rows["Random", 2].share_of_steps == pytest.approx(share)
     assert cells(report, "coverage")["Random", "2"] == [
-        "2", "16", "0", "0", "2", "2 of 3", "2", "2 of 2", "1", f"{100 * share:.1f}",
+        "2", "16", "0", "0", "2", "2 of 3", "2", "2 of 2", "1", "100.0", f"{100 * share:.1f}",
     ]  # fmt: skip
 
 
@@ -275,6 +279,7 @@ def test_figures_show_the_largest_budget_and_curves_by_budget(report: Report) ->
     pictures = {figure.key: figure for figure in report.figures}
     assert list(pictures) == [
         "figure_2", "figure_a1", "figure_budgets", "figure_4", "figure_5", "figure_3", "figure_a2", "figure_a3",
+        "figure_ways",
     ]  # fmt: skip
     labels = {node.text for node in ET.fromstring(pictures["figure_2"].pictures[0][1].svg()).iter()}
     assert {"KMeans_Hybrid", "General", "Random", "93.8", "***"} <= labels
@@ -396,3 +401,30 @@ def test_a_study_without_general_is_compared_with_nothing(small_lake: Lake) -> N
     assert report.tables[0].cells[0][8:12] == ["", "", "", ""]
     assert report.setup["configuration"] == {}
     checked(page(report))
+
+
+def test_reasons_name_what_a_selection_lacks_against_a_random_one() -> None:
+    random = CoverageRow("Random", 2, 6, 16, 3, 0, 2, 2.0, 2, 6, 2, 5, 0.7, 1.0)
+    same = replace(random, selector="CUPID")
+    assert words(same, random) == "not explained by coverage or by the way"
+    fewer = words(replace(same, targets_without=1, shortest_way=0.5), random)
+    assert fewer.startswith("leaves 1 of 3 targets without data; keeps more trajectories that go a long way")
+
+
+def test_published_selectors_below_random_are_listed_with_their_reasons(lake: Lake) -> None:
+    rows = trials("SCIZOR", 2, "BC_MLP", 0, "....")
+    lake.write("evaluations", {**POOL, "study": "tiny-aaa"}, "scizor", rows, {})
+    chosen = selection("Random", 2).to_pylist()
+    kept = [{**row, "selection_id": "SCIZOR-2"} for row in chosen]
+    lake.write(
+        "selections",
+        {**POOL, "selector": "SCIZOR"},
+        "s",
+        pa.Table.from_pylist(kept, table("selections").schema),
+        {},
+    )
+    (row,) = below_random(Source(lake, "tiny"))
+    assert (row.selector, row.budget, row.rate, row.random_rate) == ("SCIZOR", 2, 0.0, 2 / 16)
+    assert row.words == "not explained by coverage or by the way"
+    page_text = page(build_report(lake, "tiny"))
+    assert "Published selectors below Random" in page_text
