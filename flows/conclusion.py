@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from plancurate.flows.config import StudyConfig
 from plancurate.flows.console import output
+from plancurate.flows.curate import label
 from plancurate.flows.evaluate import study_folder
 from plancurate.flows.home import Home
-from plancurate.flows.show import matrix
+from plancurate.flows.show import matrix, percent
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.results import result_rows, summary_rows
 
@@ -16,11 +17,14 @@ def show_results(config: StudyConfig, home: Home) -> None:
     lake, folder = Lake(home.lake), study_folder(config)
     rows, summaries = result_rows(lake, folder), summary_rows(lake, folder)
     output.print()
-    output.print(matrix(rows, summaries, f"Success in percent, {rows[0].n} tests a cell"))
+    tests = rows[0].n * len({row.seed for row in rows})
+    output.print(matrix(rows, summaries, f"Success in percent, {tests} tests a cell"))
     output.print(
         "\\[95 % interval]; *, **, ***: differs from General with p < 0.05, 0.01, 0.001", style="dim"
     )
-    best = ", ".join(f"{row.selector} {100 * row.success_rate:.1f}" for row in summaries[:3])
+    best = ", ".join(
+        f"{label(row.selector, row.budget)} {percent(row.success_rate)}" for row in summaries[:3]
+    )
     for what, where in (
         ("best", best),
         ("report", f"{home.reports / config.name / 'index.html'}"),

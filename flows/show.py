@@ -17,8 +17,11 @@ def matrix(rows: Sequence[ResultRow], summaries: Sequence[SummaryRow], title: st
     """Success in percent, a row a selection and a column a policy, best selection first; 80 characters wide."""
     shown = Table(title=title, title_justify="left", box=None, padding=(0, 1, 0, 0), header_style="bold")
     policies = sorted({row.policy for row in rows})
-    names = [policy.replace("RNN_", "RNN_\n") for policy in policies]
-    for column in ("selector", "k", *names, "all policies", "settled"):
+    names = [
+        policy.removeprefix("BC_").replace("RNN_", "RNN_\n").replace("Dropout", "Drop-\nout")
+        for policy in policies
+    ]
+    for column in ("selector", "k", *names, "all policies", "set-\ntled"):
         shown.add_column(column, justify="left" if column == "selector" else "right", no_wrap=True)
     for summary in summaries:
         cells = [percent(rate(rows, summary, policy)) for policy in policies]
