@@ -1,6 +1,6 @@
 """What makes the mixture-density policy reliable: one setting changed at a time.
 
-    python benchmarks/mixture.py [--home data] [--preset quick] [--seeds 3]
+    python experiments/mixture.py [--home data] [--preset quick] [--seeds 3]
 
 Needs the candidates of a study in the home folder (`plancurate generate --preset quick`). Trains BC_RNN_MDN on what
 KMeans_Hybrid keeps and on the whole pool, and rolls it out on displaced targets of a seed of its own: the study's
@@ -10,6 +10,7 @@ tests stay untouched.
 from __future__ import annotations
 
 import argparse
+import sys
 import warnings
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from plancurate.errors import PlancurateError
 from plancurate.flows.config import load_config
 from plancurate.flows.curate import make_selection, study_pool
 from plancurate.flows.home import Home
@@ -81,4 +83,7 @@ def measured(place: Workplace, data: Demonstrations, change: dict[str, Any], see
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except PlancurateError as error:
+        sys.exit(f"{error}")
