@@ -15,11 +15,12 @@ from plancurate.flows.show import as_markdown, percent
 from plancurate.tasks.comparison import (
     FieldDifference,
     RateDifference,
-    Selection,
     StudyComparison,
     compare_studies,
 )
 from plancurate.tasks.lake import Lake
+from plancurate.tasks.report import text
+from plancurate.tasks.selectors.selection import label
 from plancurate.tasks.statistics import Interval
 
 NOTE = (
@@ -116,7 +117,7 @@ def result_row(result: RateDifference) -> dict[str, str]:
     """One selection's success rates and their difference, in words."""
     return {
         "selector": result.selector,
-        "k": budget_text(result.budget),
+        "k": text.budget(result.budget),
         "A": f"{percent(result.a.rate)} {interval_text(result.a_interval)}",
         "B": f"{percent(result.b.rate)} {interval_text(result.b_interval)}",
         "difference": f"{100 * result.difference:+.1f} {interval_text(result.interval)}",
@@ -155,15 +156,8 @@ def value_text(value: Any) -> str:
 def unshared(found: StudyComparison) -> list[str]:
     """Return a line for each study that has selections of its own."""
     sides = (("A", found.only_a), ("B", found.only_b))
-    return [f"only in {side}: {', '.join(map(selection_text, only))}" for side, only in sides if only]
-
-
-def selection_text(selection: Selection) -> str:
-    """Selector and budget in words."""
-    selector, budget = selection
-    return f"{selector} k={budget_text(budget)}"
-
-
-def budget_text(budget: int | None) -> str:
-    """Budget in words."""
-    return "all" if budget is None else str(budget)
+    return [
+        f"only in {side}: {', '.join(label(*selection) for selection in only)}"
+        for side, only in sides
+        if only
+    ]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from plancurate.flows.config import StudyConfig
 from plancurate.flows.console import output
-from plancurate.flows.curate import label
 from plancurate.flows.evaluate import study_folder
 from plancurate.flows.home import Home
 from plancurate.flows.show import matrix, percent
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.results import result_rows, summary_rows
+from plancurate.tasks.selectors.selection import label
 
 
 def show_results(config: StudyConfig, home: Home) -> None:

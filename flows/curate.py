@@ -14,7 +14,7 @@ from plancurate.flows.workplace import Workplace
 from plancurate.tasks import curate as steps
 from plancurate.tasks.pool import Pool, load_pool
 from plancurate.tasks.selectors.base import find_selector
-from plancurate.tasks.selectors.selection import Selection
+from plancurate.tasks.selectors.selection import Selection, label
 
 
 @flow(name="curate", flow_run_name="curate {config.name}")
@@ -81,8 +81,3 @@ def study_selections(place: Workplace, pool: Pool) -> list[Selection]:
 def budgets(selector: str, config: StudyConfig) -> tuple[int | None, ...]:
     """Return the budgets to run a selector with; None once for one that keeps everything."""
     return config.budgets if find_selector(selector).budgeted else (None,)
-
-
-def label(selector: str, budget: int | None) -> str:
-    """Name a selection for a person."""
-    return selector if budget is None else f"{selector} k={budget}"

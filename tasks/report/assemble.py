@@ -9,9 +9,10 @@ from plancurate.tasks.report import agreement, figures, text
 from plancurate.tasks.report.contents import Report, Section
 from plancurate.tasks.report.pool_tables import coverage_table, planners_table, time_table
 from plancurate.tasks.report.setup import setup
-from plancurate.tasks.report.source import Source, is_base, label
+from plancurate.tasks.report.source import Source, is_base
 from plancurate.tasks.report.tables import distance_table, policy_table, quality_table, success_table
 from plancurate.tasks.report.ways import below_random_table, ways_figure
+from plancurate.tasks.selectors.selection import label
 from plancurate.tasks.statistics import wilson_interval
 
 

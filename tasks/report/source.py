@@ -63,11 +63,6 @@ def selection(row: Mapping[str, Any]) -> Selection:
     return row["selector"], row["budget"]
 
 
-def label(selector: str, budget: int | None) -> str:
-    """Name a selection for a person."""
-    return selector if budget is None else f"{selector} k={budget}"
-
-
 def is_base(row: Mapping[str, Any]) -> bool:
     """Whether the row is the baseline's, which keeps everything."""
     return bool(row["selector"] == BASELINE)

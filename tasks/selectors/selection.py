@@ -116,6 +116,11 @@ def selection_id(
     return f"{chosen.name}-{size}-s{seed}-{hashlib.sha256(inputs.encode()).hexdigest()[:10]}"
 
 
+def label(selector: str, budget: int | None) -> str:
+    """Name a selection for a person."""
+    return selector if budget is None else f"{selector} k={budget}"
+
+
 def checked_budget(chosen: Selector, budget: int | None) -> int | None:
     """The budget that counts for this selector; PlancurateError when it needs one of at least 1."""
     if not chosen.budgeted:
