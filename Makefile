@@ -8,10 +8,9 @@ VENV ?= .venv
 PRESET ?= quick
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
-ROOMS := package robots tasks sql flows
-NATIVE := $(wildcard native/*.cpp native/*.hpp native/*.pyi native/CMakeLists.txt)
+NATIVE := $(wildcard native/*.cpp native/*.hpp native/*.cmake native/CMakeLists.txt)
 
-.PHONY: study test lint bench serve setup setup-test clean FORCE
+.PHONY: study test lint bench serve setup setup-test clean
 
 study: setup
 	@$(BIN)/plancurate study --preset $(PRESET)
@@ -19,16 +18,16 @@ study: setup
 test: setup-test
 	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
 
-lint: setup-test $(VENV)/typing
+lint: setup-test
 	@$(BIN)/ruff check . && $(BIN)/ruff format --check .
-	@cd $(VENV)/typing && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p plancurate
+	@$(BIN)/mypy -p plancurate
 
 bench: setup
 	@$(PIP) install -c constraints.txt -e '.[bench]'
 	@for program in benchmarks/*.py; do $(BIN)/python $$program || exit 1; done
 
 serve: setup
-	@$(BIN)/python -m plancurate.flows.serve
+	@$(BIN)/python -m plancurate.flows.server.server.serve
 
 setup: $(VENV)/installed
 setup-test: $(VENV)/installed-test
@@ -36,7 +35,7 @@ setup-test: $(VENV)/installed-test
 clean:
 	rm -rf $(VENV) build
 
-$(VENV)/installed: $(VENV)/bin/python $(VENV)/system pyproject.toml constraints.txt $(NATIVE) $(VENV)/modules
+$(VENV)/installed: $(VENV)/bin/python $(VENV)/system pyproject.toml constraints.txt $(NATIVE)
 	@echo "installing plancurate into $(VENV) (a few minutes the first time)"
 	@$(PIP) install -c constraints.txt -e .
 	@touch $@
@@ -53,17 +52,4 @@ $(VENV)/bin/python:
 # OMPL is the one thing that pip does not bring.
 $(VENV)/system: $(VENV)/bin/python
 	@sh native/ensure-ompl.sh
-	@touch $@
-
-# An editable install knows the modules that were there when it was made: a new file means a new install.
-$(VENV)/modules: FORCE | $(VENV)/bin/python
-	@find $(ROOMS) -name '*.py' | sort > $@.new
-	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
-
-# The rooms under the names they are installed by, for the type checker.
-$(VENV)/typing: $(VENV)/modules
-	@mkdir -p $@/plancurate
-	@for file in package/plancurate/*.py package/plancurate/py.typed native/native.pyi; do \
-		ln -sf "$(CURDIR)/$$file" $@/plancurate/; done
-	@for room in robots tasks sql flows; do ln -sfn "$(CURDIR)/$$room" $@/plancurate/$$room; done
 	@touch $@

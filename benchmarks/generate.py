@@ -22,12 +22,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plancurate.flows.home import Home
-from plancurate.tasks.finish_pool import FinishPool
+from plancurate.tasks.candidates.postprocess_pool import PostprocessPool
 from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.home import Home
 
 if TYPE_CHECKING:
-    from plancurate.flows.config import StudyConfig
+    from plancurate.tasks.study.config import StudyConfig
 
 MOST_ORCHESTRATION = 0.10  # what is claimed
 STAGES = {"plan_s": "planning", "timing_s": "timing", "verify_s": "physics"}
@@ -69,7 +69,7 @@ class Measured:
 def main() -> None:
     """Generate into temporary homes with and without Prefect, and print throughput and shares."""
     # Not above: worker processes read this file, too.
-    from plancurate.flows.config import StudyConfig, load_config
+    from plancurate.tasks.study.config import StudyConfig, load_config
 
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -98,7 +98,7 @@ def main() -> None:
 def with_prefect(config: StudyConfig, home: Home) -> None:
     """Run the flow as the command line does."""
     from plancurate.flows.generate import generate
-    from plancurate.flows.server import prefect_server
+    from plancurate.flows.server.prefect_server import prefect_server
 
     with prefect_server(home):
         generate(config, str(home.root))
@@ -108,13 +108,15 @@ def in_threads(config: StudyConfig, home: Home) -> None:
     """Run the flow's own steps without Prefect, as many at once."""
     from plancurate.flows.generate import missing_parts, plan_part, sample
     from plancurate.flows.progress import stage
-    from plancurate.flows.workplace import Workplace
+    from plancurate.tasks.study.context import Workplace
 
     place = Workplace(config, home)
     parts = missing_parts(place, sample.fn(place))
     settings = config.candidates
     with (
-        FinishPool(config.robot, config.scene, settings.timing, settings.verify, config.workers) as finish,
+        PostprocessPool(
+            config.robot, config.scene, settings.timing, settings.verify, config.workers
+        ) as finish,
         stage("plan", len(parts), "parts") as bar,
         ThreadPoolExecutor(2 * config.workers) as threads,
     ):
@@ -125,9 +127,9 @@ def in_threads(config: StudyConfig, home: Home) -> None:
 
 def measure(run: Callable[[StudyConfig, Home], None], config: StudyConfig) -> Measured:
     """Run into an empty home and read what came of it."""
-    writing, finishing, write, finish = Stopwatch(), Stopwatch(), Lake.write, FinishPool.__call__
+    writing, finishing, write, finish = Stopwatch(), Stopwatch(), Lake.write, PostprocessPool.__call__
     Lake.write = writing.around(write)  # type: ignore[method-assign]
-    FinishPool.__call__ = finishing.around(finish)  # type: ignore[method-assign]
+    PostprocessPool.__call__ = finishing.around(finish)  # type: ignore[method-assign]
     try:
         with tempfile.TemporaryDirectory() as folder:
             home = Home(Path(folder))
@@ -137,7 +139,7 @@ def measure(run: Callable[[StudyConfig, Home], None], config: StudyConfig) -> Me
             parts = (home.lake / "trajectories").rglob("part-0*.parquet")
             end = max(part.stat().st_mtime for part in parts)
     finally:
-        Lake.write, FinishPool.__call__ = write, finish  # type: ignore[method-assign]
+        Lake.write, PostprocessPool.__call__ = write, finish  # type: ignore[method-assign]
     assert finishing.first_end is not None
     began = time.time() - (time.perf_counter() - finishing.first_end)
     stages = {name: sum(rows[column].to_pylist()) for column, name in STAGES.items()}

@@ -16,9 +16,9 @@ import numpy as np
 import torch
 
 from plancurate.robots import load_robot
-from plancurate.tasks.demonstrations import Demonstrations, demonstrations
-from plancurate.tasks.policies import TrainedPolicy, policy_names
-from plancurate.tasks.train import TrainSettings, train
+from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
+from plancurate.tasks.learning.policies import TrainedPolicy, policy_names
+from plancurate.tasks.learning.train import TrainSettings, train
 
 
 def main() -> None:

@@ -19,16 +19,16 @@ import numpy as np
 import torch
 
 from plancurate.errors import PlancurateError
-from plancurate.flows.config import load_config
 from plancurate.flows.curate import make_selection, study_pool
-from plancurate.flows.home import Home
 from plancurate.flows.train import selected_demonstrations
-from plancurate.flows.workplace import Workplace
-from plancurate.tasks.demonstrations import Demonstrations
-from plancurate.tasks.evaluate import EvaluateSettings, roll_out
-from plancurate.tasks.target_table import stored_targets
-from plancurate.tasks.tested_targets import displaced_tests
-from plancurate.tasks.train import TrainSettings, train
+from plancurate.tasks.candidates.target_table import stored_targets
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.learning.demonstrations import Demonstrations
+from plancurate.tasks.learning.rollouts import EvaluateSettings, roll_out
+from plancurate.tasks.learning.test_targets import displaced_tests
+from plancurate.tasks.learning.train import TrainSettings, train
+from plancurate.tasks.study.config import load_config
+from plancurate.tasks.study.context import Workplace
 
 TEST_SEED = 2000  # not the studies'
 POLICY = "BC_RNN_MDN"

@@ -5,12 +5,12 @@ from __future__ import annotations
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
-from plancurate.flows.config import StudyConfig
-from plancurate.flows.fanout import run_all
-from plancurate.flows.home import Home
 from plancurate.flows.progress import Bar, stage
-from plancurate.flows.workplace import Workplace
+from plancurate.flows.task_runs import run_all
 from plancurate.tasks.lake import compact as steps
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.context import Workplace
 
 
 @flow(name="compact", flow_run_name="compact {config.name}")

@@ -6,15 +6,15 @@ from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.artifacts import table_artifact
-from plancurate.flows.config import StudyConfig
-from plancurate.flows.fanout import run_all
-from plancurate.flows.home import Home
 from plancurate.flows.progress import Bar, stage
-from plancurate.flows.workplace import Workplace
-from plancurate.tasks import curate as steps
-from plancurate.tasks.pool import Pool, load_pool
-from plancurate.tasks.selectors.base import find_selector
-from plancurate.tasks.selectors.selection import Selection, label
+from plancurate.flows.task_runs import run_all
+from plancurate.tasks.curation import curate as steps
+from plancurate.tasks.curation.pool import Pool, load_pool
+from plancurate.tasks.curation.selectors.base import find_selector
+from plancurate.tasks.curation.selectors.selection import Selection, label
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.context import Workplace
 
 
 @flow(name="curate", flow_run_name="curate {config.name}")

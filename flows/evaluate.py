@@ -14,19 +14,19 @@ from prefect.cache_policies import NO_CACHE
 
 from plancurate import __version__, native
 from plancurate.errors import PlancurateError
-from plancurate.flows.config import StudyConfig
 from plancurate.flows.curate import study_pool
-from plancurate.flows.fanout import run_all
-from plancurate.flows.home import Home
 from plancurate.flows.progress import Bar, stage
+from plancurate.flows.task_runs import run_all
 from plancurate.flows.train import Network, networks
-from plancurate.flows.workplace import Workplace
-from plancurate.tasks.evaluate import roll_out
+from plancurate.tasks.candidates.target_table import stored_targets
+from plancurate.tasks.candidates.targets import sample_targets
+from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.schema import table
-from plancurate.tasks.policies import TrainedPolicy, load_policy
-from plancurate.tasks.target_table import stored_targets
-from plancurate.tasks.targets import sample_targets
-from plancurate.tasks.tested_targets import TargetsUnderTest, displaced_tests, join_tests, unseen_tests
+from plancurate.tasks.learning.policies import TrainedPolicy, load_policy
+from plancurate.tasks.learning.rollouts import roll_out
+from plancurate.tasks.learning.test_targets import TargetsUnderTest, displaced_tests, join_tests, unseen_tests
+from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.context import Workplace
 
 UNSEEN_SEED_OFFSET = 1_000_003  # unseen targets come from another seed than the training targets
 

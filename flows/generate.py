@@ -9,16 +9,16 @@ from prefect.cache_policies import NO_CACHE
 
 from plancurate.errors import IncompleteError
 from plancurate.flows.artifacts import table_artifact
-from plancurate.flows.config import StudyConfig
-from plancurate.flows.console import console
-from plancurate.flows.fanout import is_transient, run_all
-from plancurate.flows.home import Home
+from plancurate.flows.cli.console import console
 from plancurate.flows.progress import Bar, stage
-from plancurate.flows.workplace import Workplace
-from plancurate.tasks.finish_pool import FinishPool
-from plancurate.tasks.generate import generate_candidates
-from plancurate.tasks.target_table import stored_targets, target_rows, targets_key
-from plancurate.tasks.targets import Target, sample_targets
+from plancurate.flows.task_runs import is_transient, run_all
+from plancurate.tasks.candidates.generate import generate_candidates
+from plancurate.tasks.candidates.postprocess_pool import PostprocessPool
+from plancurate.tasks.candidates.target_table import stored_targets, target_rows, targets_key
+from plancurate.tasks.candidates.targets import Target, sample_targets
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.context import Workplace
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def generate(config: StudyConfig, home: str | None = None) -> None:
     runs = config.candidates.plan.runs * sum(len(part.targets) for part in parts)
     if parts:
         with (
-            FinishPool(
+            PostprocessPool(
                 config.robot, config.scene, config.candidates.timing, config.candidates.verify, config.workers
             ) as finish,
             stage("plan", runs, "runs") as bar,
@@ -109,7 +109,9 @@ def say_how_many_differ(place: Workplace) -> None:
     cache_policy=NO_CACHE,
     persist_result=False,
 )
-def plan_part(place: Workplace, part: Part, planner: str, label: str, finish: FinishPool, bar: Bar) -> None:
+def plan_part(
+    place: Workplace, part: Part, planner: str, label: str, finish: PostprocessPool, bar: Bar
+) -> None:
     """Plan, time and verify one part and write it to the lake; runs without a solution are rows with a reason."""
     rows, _ = generate_candidates(
         place.robot, place.scene, list(part.targets), planner, place.config.candidates, finish

@@ -10,7 +10,7 @@ from time import perf_counter
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from plancurate.flows.artifacts import ProgressArtifact
-from plancurate.flows.console import console
+from plancurate.flows.cli.console import console
 
 
 class Bar:

@@ -8,20 +8,20 @@ from prefect import flow, task
 from prefect.artifacts import create_markdown_artifact
 from prefect.cache_policies import NO_CACHE
 
-from plancurate.flows.config import StudyConfig
+from plancurate.flows.cli.tables import matrix_markdown
 from plancurate.flows.curate import study_pool
 from plancurate.flows.evaluate import evaluation_id, study_folder
-from plancurate.flows.home import Home
 from plancurate.flows.progress import Bar, stage
-from plancurate.flows.show import matrix_markdown
 from plancurate.flows.train import Network, networks
-from plancurate.flows.workplace import Workplace
 from plancurate.tasks.lake.catalog import write_catalog
-from plancurate.tasks.policies import load_policy
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.learning.policies import load_policy
 from plancurate.tasks.report import Report, build_report, markdown, write_report
 from plancurate.tasks.report.page import style_sheet
-from plancurate.tasks.results import ResultRow, result_rows, summary_rows
-from plancurate.tasks.tracking import (
+from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.context import Workplace
+from plancurate.tasks.study.results import ResultRow, result_rows, summary_rows
+from plancurate.tasks.study.tracking import (
     ChildRun,
     StudyRun,
     ensure_store,

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from prefect import flow
 
-from plancurate.flows.config import StudyConfig
 from plancurate.flows.curate import curate
 from plancurate.flows.evaluate import evaluate
 from plancurate.flows.generate import generate
-from plancurate.flows.home import Home
 from plancurate.flows.publish import publish
 from plancurate.flows.train import train
-from plancurate.tasks.tracking import ensure_store
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.tracking import ensure_store
 
 
 @flow(name="study", flow_run_name="study {config.name}")

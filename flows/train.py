@@ -15,17 +15,17 @@ import torch
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
-from plancurate.flows.config import StudyConfig
 from plancurate.flows.curate import study_pool, study_selections
-from plancurate.flows.fanout import run_all
-from plancurate.flows.home import Home
 from plancurate.flows.progress import Bar, stage
-from plancurate.flows.workplace import Workplace
-from plancurate.tasks import train as steps
-from plancurate.tasks.demonstrations import Demonstrations, demonstrations
-from plancurate.tasks.policies import TrainedPolicy
-from plancurate.tasks.pool import FloatArray, Pool, load_waypoints, waypoint_arrays
-from plancurate.tasks.selectors.selection import Selection
+from plancurate.flows.task_runs import run_all
+from plancurate.tasks.curation.pool import FloatArray, Pool, load_waypoints, waypoint_arrays
+from plancurate.tasks.curation.selectors.selection import Selection
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.learning import train as steps
+from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
+from plancurate.tasks.learning.policies import TrainedPolicy
+from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.context import Workplace
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots.chain import Chain, serial_chain
+from plancurate.robots.collisions import colliding_pairs
 from plancurate.robots.contacts import allowed_pairs, checked_pairs, link_shapes, scene_shapes
 from plancurate.robots.files import NAME, read_yaml
 from plancurate.robots.limits import joint_limits
@@ -16,7 +17,6 @@ from plancurate.robots.robot import Robot, native_model
 from plancurate.robots.robot_file import RobotFile
 from plancurate.robots.scene import empty_scene
 from plancurate.robots.shapes import FloatArray
-from plancurate.robots.touching import touching
 from plancurate.robots.urdf import Urdf, read_urdf
 
 ROBOTS_FOLDER = Path(__file__).parent
@@ -111,7 +111,7 @@ def _tool(file: Path, content: RobotFile, chain: Chain) -> FloatArray:
 
 
 def _require_free_home(file: Path, robot: Robot) -> None:
-    contacts = touching(robot, empty_scene(), robot.home)
+    contacts = colliding_pairs(robot, empty_scene(), robot.home)
     if contacts:
         raise PlancurateError(
             f"{file}: joints: at home {', '.join(contacts)} touch; change home or add to allowed_contacts"

@@ -7,7 +7,7 @@ from importlib.resources import files
 
 from plancurate.errors import UnknownNameError
 
-FOLDERS = ("views", "pool", "results", "checks", "examples")
+FOLDERS = ("views", "pool", "results", "audits", "examples")
 
 
 @cache

@@ -10,10 +10,10 @@ import pyarrow as pa
 import pytest
 
 from plancurate.robots import Robot, Scene
-from plancurate.tasks.bullet import bullet
+from plancurate.tasks.candidates.bullet import bullet
+from plancurate.tasks.candidates.simulation import World
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.schema import table
-from plancurate.tasks.physics import World
 
 
 class Judge:

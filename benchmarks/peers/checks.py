@@ -9,8 +9,8 @@ from coal import Box, Capsule, CollisionGeometry, Cylinder, Halfspace, Sphere
 from plancurate.robots import Robot, Scene
 from plancurate.robots.contacts import checked_pairs, scene_shapes
 from plancurate.robots.shapes import FloatArray, Shape
-from plancurate.tasks.bullet import bullet
-from plancurate.tasks.physics import World
+from plancurate.tasks.candidates.bullet import bullet
+from plancurate.tasks.candidates.simulation import World
 
 
 class BulletChecks:

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 from scipy import stats
 
-from plancurate.tasks.published import published_results
 from plancurate.tasks.report import text
 from plancurate.tasks.report.comparisons import outcomes, published
 from plancurate.tasks.report.contents import Table
+from plancurate.tasks.report.published import published_results
 from plancurate.tasks.report.rows import AgreementRow
 from plancurate.tasks.report.source import Source, is_base, selection
 from plancurate.tasks.report.tables import STARS
-from plancurate.tasks.results import BASELINE
-from plancurate.tasks.statistics import Difference, effect_difference, rate_difference
+from plancurate.tasks.study.results import BASELINE
+from plancurate.tasks.study.statistics import Difference, effect_difference, rate_difference
 
 SURE = 0.05
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from plancurate.tasks.curation.selectors.selection import label
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.report import agreement, figures, text
 from plancurate.tasks.report.contents import Report, Section
@@ -12,8 +13,7 @@ from plancurate.tasks.report.setup import setup
 from plancurate.tasks.report.source import Source, is_base
 from plancurate.tasks.report.tables import distance_table, policy_table, quality_table, success_table
 from plancurate.tasks.report.ways import below_random_table, ways_figure
-from plancurate.tasks.selectors.selection import label
-from plancurate.tasks.statistics import wilson_interval
+from plancurate.tasks.study.statistics import wilson_interval
 
 
 def build_report(lake: Lake, study: str) -> Report:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from plancurate.tasks.published import PublishedResult, published_results
+from plancurate.tasks.report.published import PublishedResult, published_results
 from plancurate.tasks.report.rows import Comparison
 from plancurate.tasks.report.source import is_base
-from plancurate.tasks.statistics import Outcomes, Test, holm, two_proportion_test
+from plancurate.tasks.study.statistics import Outcomes, Test, holm, two_proportion_test
 
 Row = Mapping[str, Any]
 

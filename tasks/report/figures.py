@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeVar
 
-from plancurate.tasks.published import published_results
 from plancurate.tasks.report import text
 from plancurate.tasks.report.charts import Mark, Panel, bars, forest, heat_map, small_curves
 from plancurate.tasks.report.contents import Figure
+from plancurate.tasks.report.published import published_results
 from plancurate.tasks.report.rows import DistanceRow, Mean, PolicyRow, QualityRow, SuccessRow, TimeRow
 from plancurate.tasks.report.source import Source
-from plancurate.tasks.results import BASELINE
+from plancurate.tasks.study.results import BASELINE
 
 SUCCESS = "success, %"
 MEASURES = {

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from plancurate.tasks.curation.selectors.base import STAGES
+from plancurate.tasks.curation.selectors.selection import label
 from plancurate.tasks.report import text
 from plancurate.tasks.report.comparisons import published
 from plancurate.tasks.report.contents import Table
 from plancurate.tasks.report.rows import CoverageRow, PlannerRow, TimeRow
 from plancurate.tasks.report.source import Source, selection
-from plancurate.tasks.selectors.base import STAGES
-from plancurate.tasks.selectors.selection import label
 
 
 def time_table(source: Source) -> Table[TimeRow]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from plancurate.tasks.statistics import Interval
+from plancurate.tasks.study.statistics import Interval
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.report.commands import Query
-from plancurate.tasks.results import BASELINE, find_study
+from plancurate.tasks.study.results import BASELINE, find_study
 
 Kind = Literal["displaced", "unseen"]
 Selection = tuple[str, int | None]

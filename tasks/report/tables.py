@@ -6,7 +6,6 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from plancurate.tasks.published import PublishedResult
 from plancurate.tasks.report import text
 from plancurate.tasks.report.comparisons import (
     Row,
@@ -17,9 +16,10 @@ from plancurate.tasks.report.comparisons import (
     published_rate,
 )
 from plancurate.tasks.report.contents import Table
+from plancurate.tasks.report.published import PublishedResult
 from plancurate.tasks.report.rows import DistanceRow, Mean, PolicyRow, QualityRow, SuccessRow
 from plancurate.tasks.report.source import Selection, Source, selection
-from plancurate.tasks.statistics import (
+from plancurate.tasks.study.statistics import (
     Interval,
     Moments,
     Outcomes,

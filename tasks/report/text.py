@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from plancurate.tasks.report.rows import Comparison, Mean
-from plancurate.tasks.statistics import Interval
+from plancurate.tasks.study.statistics import Interval
 
 NOTHING = "\N{EN DASH}"
 

@@ -18,10 +18,10 @@ import pytest
 from prefect.client.orchestration import SyncPrefectClient
 from prefect.settings import temporary_settings
 
-from plancurate.flows.home import Home
-from plancurate.flows.serve import deploy, main
-from plancurate.flows.services import healthy
+from plancurate.flows.server.serve import deploy, main
+from plancurate.flows.server.services import healthy
 from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.home import Home
 
 ROOT = Path(__file__).parents[2]
 FINAL = {"COMPLETED", "FAILED", "CRASHED", "CANCELLED"}
@@ -40,7 +40,7 @@ class Serving:
 @pytest.fixture(scope="module")
 def serving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Serving]:
     home = Home(tmp_path_factory.mktemp("served"))
-    command = [sys.executable, "-m", "plancurate.flows.serve", "--home", str(home.root)]
+    command = [sys.executable, "-m", "plancurate.flows.server.serve", "--home", str(home.root)]
     kept = {
         name: value
         for name, value in os.environ.items()

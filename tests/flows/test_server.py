@@ -15,14 +15,14 @@ from pathlib import Path
 import pytest
 
 from plancurate.errors import PlancurateError
-from plancurate.flows.home import Home
-from plancurate.flows.server import prefect_server
-from plancurate.flows.services import healthy
+from plancurate.flows.server.prefect_server import prefect_server
+from plancurate.flows.server.services import healthy
+from plancurate.tasks.lake.home import Home
 
 SHORT = """
 import sys
-from plancurate.flows.home import Home
-from plancurate.flows.server import prefect_server
+from plancurate.tasks.lake.home import Home
+from plancurate.flows.server.prefect_server import prefect_server
 
 with prefect_server(Home.resolve(sys.argv[1])):
     from prefect import flow, task
@@ -40,8 +40,8 @@ with prefect_server(Home.resolve(sys.argv[1])):
 """
 LONG = """
 import sys, time
-from plancurate.flows.home import Home
-from plancurate.flows.server import prefect_server
+from plancurate.tasks.lake.home import Home
+from plancurate.flows.server.prefect_server import prefect_server
 
 with prefect_server(Home.resolve(sys.argv[1])) as url:
     from prefect import flow

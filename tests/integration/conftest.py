@@ -23,7 +23,7 @@ def environment(**variables: str) -> dict[str, str]:
 
 def command_line(*words: str) -> list[str]:
     """Return the plancurate command as this interpreter runs it."""
-    return [sys.executable, "-c", "from plancurate.flows.cli import main; main()", *words]
+    return [sys.executable, "-c", "from plancurate.flows.cli.app import main; main()", *words]
 
 
 @pytest.fixture(scope="session")

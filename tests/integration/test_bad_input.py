@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import plancurate.robots
-from plancurate.flows.cli import main
+from plancurate.flows.cli.app import main
 
 from .conftest import UNCONFIGURED, Studied
 

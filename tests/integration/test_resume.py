@@ -8,8 +8,8 @@ import time
 from pathlib import Path
 
 from plancurate import sql
-from plancurate.flows.config import load_config
 from plancurate.tasks.lake import Lake
+from plancurate.tasks.study.config import load_config
 
 from .conftest import Command, Studied, command_line, environment
 
@@ -64,6 +64,6 @@ def test_a_killed_evaluate_goes_on_without_duplicates(
 
 def assert_sound(home: Path) -> None:
     lake = Lake(home / "lake")
-    for name in sql.names("checks"):
+    for name in sql.names("audits"):
         assert lake.query(name).num_rows == 0, name
     lake.check()

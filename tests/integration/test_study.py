@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 from plancurate import sql
-from plancurate.flows.config import load_config
-from plancurate.flows.home import Home
-from plancurate.flows.server import prefect_server
+from plancurate.flows.server.prefect_server import prefect_server
 from plancurate.tasks.lake import Lake
-from plancurate.tasks.results import REPORT_FIELDS
-from plancurate.tasks.statistics import wilson_interval
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study.config import load_config
+from plancurate.tasks.study.results import REPORT_FIELDS
+from plancurate.tasks.study.statistics import wilson_interval
 
 from .conftest import Command, Studied
 
@@ -75,7 +75,7 @@ def test_the_lake_answers_sql_as_table_csv_and_json(smoke: Studied, plancurate: 
 
 def test_every_check_of_the_lake_finds_nothing(smoke: Studied) -> None:
     lake = Lake(smoke.home / "lake")
-    for name in sql.names("checks"):
+    for name in sql.names("audits"):
         assert lake.query(name).num_rows == 0, name
 
 

@@ -71,7 +71,7 @@ def test_clearance_is_a_tight_lower_bound_of_the_distance(build, kind_a, kind_b)
 
 @pytest.fixture(scope="module")
 def bullet():
-    from plancurate.tasks.bullet import bullet
+    from plancurate.tasks.candidates.bullet import bullet
 
     client = bullet.connect(bullet.DIRECT)
     yield bullet, client

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plancurate import native
-from plancurate.robots import load_robot, load_scene, scene_names, touching
+from plancurate.robots import colliding_pairs, load_robot, load_scene, scene_names
 from plancurate.robots.contacts import checked_pairs
 
 H2017 = load_robot("h2017")
@@ -55,7 +55,7 @@ def test_planning_limits_lie_within_the_urdf_and_home_in_the_middle_of_them():
 @pytest.mark.parametrize("name", scene_names())
 def test_home_is_free_with_room_to_spare_in_every_scene(name):
     scene = load_scene(name)
-    assert touching(H2017, scene, H2017.home) == []
+    assert colliding_pairs(H2017, scene, H2017.home) == []
     assert native.clearance(H2017.native, scene.native, H2017.home[None])[0] > 0.02
 
 

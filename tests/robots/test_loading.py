@@ -8,7 +8,7 @@ import pytest
 
 from plancurate import native
 from plancurate.errors import PlancurateError, UnknownNameError
-from plancurate.robots import load_robot, load_scene, touching
+from plancurate.robots import colliding_pairs, load_robot, load_scene
 
 
 def edited(tmp_path, folder, old, new, file="robot.urdf"):
@@ -186,11 +186,11 @@ def test_touching_names_both_sides(tmp_path):
     file.write_text(
         "ground: 0\nshapes:\n  - {name: wall, kind: box, size: [0.1, 2, 3], xyz: [0.75, 0, 1.5]}\n"
     )
-    found = touching(robot, load_scene(file), robot.home)
+    found = colliding_pairs(robot, load_scene(file), robot.home)
     assert "link_6 and wall" in found
     assert all(name.endswith("and wall") for name in found)
     down = np.array([0.0, 1.6, 2.3, 0.0, 0.0, 0.0])
-    assert "link_6 and ground" in touching(robot, load_scene("free"), down)
+    assert "link_6 and ground" in colliding_pairs(robot, load_scene("free"), down)
 
 
 def test_the_package_lists_what_it_ships():

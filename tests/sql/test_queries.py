@@ -17,7 +17,7 @@ def test_a_query_is_found_by_name_and_an_unknown_one_names_the_nearest() -> None
 @pytest.mark.parametrize("name", names())
 def test_every_query_says_what_it_is(name: str) -> None:
     text = load(name)
-    assert text.startswith("--") or name.startswith("checks/assert_")
+    assert text.startswith("--") or name.startswith("audits/assert_")
     assert all(len(line) <= 110 for line in text.splitlines())
 
 

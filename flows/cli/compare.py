@@ -1,0 +1,163 @@
+"""The command that puts two studies side by side."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import Any, Literal
+
+from rich.table import Table
+
+from plancurate.flows.cli.console import output
+from plancurate.flows.cli.options import HomeOptions
+from plancurate.flows.cli.queries import write
+from plancurate.flows.cli.tables import as_markdown, percent
+from plancurate.tasks.curation.selectors.selection import label
+from plancurate.tasks.lake import Lake
+from plancurate.tasks.report import text
+from plancurate.tasks.study.comparison import (
+    FieldDifference,
+    RateDifference,
+    StudyComparison,
+    compare_studies,
+)
+from plancurate.tasks.study.statistics import Interval
+
+NOTE = (
+    "Success in percent over training seeds and the policies that both tried ({policies}) [95 % interval]; "
+    "difference: B - A in percentage points; stars: B differs from A with p below 0.05 (*), 0.01 (**), "
+    "0.001 (***) after Holm's adjustment for all rows."
+)
+SAME_SETUP = "Both studies are set up alike."
+NOTHING_SHARED = "No selection was tested with the same policy in both studies."
+
+
+def compare(
+    study_a: str,
+    study_b: str,
+    /,
+    *,
+    format: Literal["table", "markdown", "json"] = "table",
+    kind: Literal["displaced", "unseen"] = "displaced",
+    options: HomeOptions = HomeOptions(),
+) -> None:
+    """Put two studies side by side: what was set up differently, and which success rates differ."""
+    found = compare_studies(Lake(options.folder().lake), study_a, study_b, kind)
+    if format == "json":
+        write(as_json(found))
+    elif format == "markdown":
+        write(as_page(found))
+    else:
+        show(found)
+
+
+def show(found: StudyComparison) -> None:
+    """Print a comparison for the terminal."""
+    output.print(f"A  {found.a}\nB  {found.b}\n", highlight=False, soft_wrap=True)
+    output.print(terminal_table(setup_rows(found)) if found.fields else SAME_SETUP)
+    output.print()
+    if found.results:
+        output.print(terminal_table(result_rows(found)))
+        output.print(note(found), style="dim", markup=False, highlight=False)
+    else:
+        output.print(NOTHING_SHARED)
+    for line in unshared(found):
+        output.print(line, highlight=False)
+
+
+def terminal_table(rows: list[dict[str, str]]) -> Table:
+    """Rows of the same fields as a table for the terminal; the first column is never cut."""
+    shown = Table(box=None, padding=(0, 1, 0, 0), header_style="bold")
+    for number, name in enumerate(rows[0]):
+        shown.add_column(name, no_wrap=number == 0, overflow="fold")
+    for row in rows:
+        shown.add_row(*(value.replace("[", "\\[") for value in row.values()))
+    return shown
+
+
+def as_page(found: StudyComparison) -> str:
+    """Return a comparison as Markdown."""
+    setup = as_markdown(setup_rows(found)) if found.fields else f"{SAME_SETUP}\n"
+    results = (
+        f"{as_markdown(result_rows(found))}\n{note(found)}\n" if found.results else f"{NOTHING_SHARED}\n"
+    )
+    parts = [f"A: {found.a}  \nB: {found.b}\n", setup, results, *(f"{line}\n" for line in unshared(found))]
+    return "\n".join(parts)
+
+
+def as_json(found: StudyComparison) -> str:
+    """Return a comparison as a JSON object, rates as shares of 1."""
+    values = asdict(found)
+    for row, result in zip(values["results"], found.results, strict=True):
+        row["stars"] = result.stars
+    for side in ("only_a", "only_b"):
+        values[side] = [{"selector": selector, "budget": budget} for selector, budget in values[side]]
+    return json.dumps(values, indent=1)
+
+
+def note(found: StudyComparison) -> str:
+    """Return how to read the table of success rates."""
+    policies = sorted({policy for result in found.results for policy in result.policies})
+    return NOTE.format(policies=", ".join(policies))
+
+
+def setup_rows(found: StudyComparison) -> list[dict[str, str]]:
+    """What was set up differently, in words."""
+    return [
+        {"field": field.field, **dict(zip("AB", field_text(field), strict=True))} for field in found.fields
+    ]
+
+
+def result_rows(found: StudyComparison) -> list[dict[str, str]]:
+    """Success rates and their differences, in words."""
+    return [result_row(result) for result in found.results]
+
+
+def result_row(result: RateDifference) -> dict[str, str]:
+    """One selection's success rates and their difference, in words."""
+    return {
+        "selector": result.selector,
+        "k": text.budget(result.budget),
+        "A": f"{percent(result.a.rate)} {interval_text(result.a_interval)}",
+        "B": f"{percent(result.b.rate)} {interval_text(result.b_interval)}",
+        "difference": f"{100 * result.difference:+.1f} {interval_text(result.interval)}",
+        "z": f"{result.z:.2f}",
+        "Holm p": f"{result.p_holm:.2g} {result.stars}",
+    }
+
+
+def interval_text(interval: Interval) -> str:
+    """Return an interval in whole percent."""
+    return f"[{100 * interval.low:.0f},{100 * interval.high:.0f}]"
+
+
+def field_text(field: FieldDifference) -> tuple[str, str]:
+    """Return both values in words; of two lists what the other one lacks, unless only their order differs."""
+    a, b = field.a, field.b
+    if isinstance(a, list) and isinstance(b, list):
+        more_a, more_b = [x for x in a if x not in b], [x for x in b if x not in a]
+        if more_a or more_b:
+            return also_text(more_a), also_text(more_b)
+    return value_text(a), value_text(b)
+
+
+def also_text(more: list[Any]) -> str:
+    """Return what one list has and the other lacks."""
+    return f"also {', '.join(map(value_text, more))}" if more else ""
+
+
+def value_text(value: Any) -> str:
+    """Return a value of the configuration in words."""
+    if value is None:
+        return "unset"
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def unshared(found: StudyComparison) -> list[str]:
+    """Return a line for each study that has selections of its own."""
+    sides = (("A", found.only_a), ("B", found.only_b))
+    return [
+        f"only in {side}: {', '.join(label(*selection) for selection in only)}"
+        for side, only in sides
+        if only
+    ]

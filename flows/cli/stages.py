@@ -1,0 +1,58 @@
+"""Commands that run a stage of a study, or all of them."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from importlib import import_module
+
+from plancurate.flows.cli.console import console
+from plancurate.flows.cli.options import StudyOptions
+from plancurate.flows.server.prefect_server import prefect_server
+from plancurate.tasks.study.context import Workplace
+
+
+def study(options: StudyOptions = StudyOptions()) -> None:
+    """Plan, curate, train, evaluate and report: the whole way, from where an earlier run stopped."""
+    run("study", options)
+    from plancurate.flows.cli.verdict import show_results  # statsmodels would hold up the start by a second
+
+    show_results(options.study(), options.folder())
+
+
+def generate(options: StudyOptions = StudyOptions()) -> None:
+    """Fill the lake with candidates: plan, time, play back in PyBullet, store."""
+    run("generate", options)
+
+
+def curate(options: StudyOptions = StudyOptions()) -> None:
+    """Select trajectories from the lake with every selector and budget."""
+    run("curate", options)
+
+
+def train(options: StudyOptions = StudyOptions()) -> None:
+    """Train every policy on every selection."""
+    run("train", options)
+
+
+def evaluate(options: StudyOptions = StudyOptions()) -> None:
+    """Roll every trained policy out on the study's tests."""
+    run("evaluate", options)
+
+
+def compact(options: StudyOptions = StudyOptions()) -> None:
+    """Merge the many small files of a study's pool into one a planner; queries get faster."""
+    run("compact", options)
+
+
+def run(name: str, options: StudyOptions) -> None:
+    """Run the flow of that name on a Prefect server: the configured one, or one of our own for the time of it."""
+    config, home = options.study(), options.folder()
+    Workplace(
+        config, home
+    )  # a robot or scene that can't be loaded is said before anything is started or written
+    module = f"plancurate.flows.{name}"
+    console.print(f"[bold]{name} {config.name}[/]  [dim]{home.root}[/]", highlight=False)
+    with ExitStack() as stack:
+        with console.status("starting Prefect's server"):
+            stack.enter_context(prefect_server(home, preload=(module,)))
+        getattr(import_module(module), name)(config, str(home.root))

@@ -1,0 +1,1 @@
+"""Starting, watching and flushing the servers that flows use."""

@@ -1,0 +1,63 @@
+"""Name what touches what, for messages: slower than asking whether anything does."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from plancurate import native
+from plancurate.robots.contacts import checked_pairs, scene_shapes
+from plancurate.robots.robot import Robot, native_model
+from plancurate.robots.scene import Scene, empty_scene
+from plancurate.robots.shapes import FloatArray, IntArray, shape_arrays
+
+NO_PAIRS = np.empty((0, 2), dtype=np.int32)
+NO_SHAPES = np.empty(0, dtype=np.int32)
+
+
+def colliding_pairs(robot: Robot, scene: Scene, q: FloatArray) -> list[str]:
+    """Name what is not free at state `q` (n,), as "link_4 and table" or "link_4 and ground"; [] if all is."""
+    if native.is_free(robot.native, scene.native, q[None])[0]:
+        return []
+    alone = empty_scene(scene.margin).native
+    found = [
+        f"{robot.shapes[first].link} and {robot.shapes[second].link}"
+        for first, second in checked_pairs(robot.shapes, robot.allowed_contacts)
+        if not _is_free(robot, alone, q, pairs=np.array([[first, second]], dtype=np.int32))
+    ]
+    indices = scene_shapes(robot.shapes, robot.scene_unchecked_links)
+    for index, (name, obstacle) in product(indices, _obstacles(scene)):
+        if not _is_free(robot, obstacle, q, against_scene=np.array([index], dtype=np.int32)):
+            found.append(f"{robot.shapes[index].link} and {name}")
+    return list(dict.fromkeys(found))
+
+
+def _obstacles(scene: Scene) -> list[tuple[str, native.Scene]]:
+    """Each part of the scene alone."""
+    parts = [
+        (entry.name, native.Scene(ground=None, margin=scene.margin, **shape_arrays([entry.shape])))
+        for entry in scene.shapes
+    ]
+    if scene.ground is not None:
+        parts.append(("ground", native.Scene(ground=scene.ground, margin=scene.margin, **shape_arrays([]))))
+    return parts
+
+
+def _is_free(
+    robot: Robot,
+    obstacle: native.Scene,
+    q: FloatArray,
+    pairs: IntArray = NO_PAIRS,
+    against_scene: IntArray = NO_SHAPES,
+) -> bool:
+    model = native_model(
+        robot.chain,
+        robot.shapes,
+        tool=np.eye(4),
+        lower=robot.lower,
+        upper=robot.upper,
+        pairs=pairs,
+        scene_shapes=against_scene,
+    )
+    return bool(native.is_free(model, obstacle, q[None])[0])

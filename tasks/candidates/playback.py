@@ -1,0 +1,141 @@
+"""Physics as the judge: PyBullet plays a trajectory under position control; does the arm follow?"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.interpolate import CubicHermiteSpline
+
+from plancurate import native
+from plancurate.robots import Robot, Scene
+from plancurate.robots.shapes import FloatArray
+from plancurate.tasks.candidates.simulation import Contact, Drives, World
+
+FULL_EFFORT = 0.999  # of a joint's effort limit; at or above it counts as saturated
+
+
+class VerifySettings(BaseModel):
+    """How a trajectory is played and what it must keep to."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    frequency_hz: float = Field(default=240.0, ge=100.0, description="Physics and control steps a second.")
+    position_gain: float = Field(
+        default=0.3, gt=0.0, le=1.0, description="Share of the position error undone in a step."
+    )
+    velocity_gain: float = Field(
+        default=1.0, gt=0.0, le=1.0, description="Share of the velocity error undone in a step."
+    )
+    hold_s: float = Field(default=0.25, ge=0.0, description="Seconds that the last waypoint is held.")
+    max_tracking_error_rad: float = Field(
+        default=0.02, gt=0.0, description="Largest joint error on the way, rad or m."
+    )
+    max_final_error_m: float = Field(
+        default=0.01, gt=0.0, description="Tool's distance from its goal after holding, m."
+    )
+    max_saturated_share: float = Field(
+        default=0.05, ge=0.0, le=1.0, description="Share of joints and steps at the effort limit."
+    )
+
+
+@dataclass(frozen=True)
+class Verification:
+    """How a trajectory did in physics; `reason` is empty when `verified`."""
+
+    verified: bool
+    max_tracking_error_rad: float  # largest joint error on the way, m for a prismatic joint
+    final_tracking_error_m: float  # the tool's distance from its goal after holding
+    contacts: int  # steps in which something touched that may not
+    saturated_share: float  # of joints and steps, at the effort limit
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Playback:
+    """What happened in s steps: references, joint states and torques (s,n), and what touched after each."""
+
+    wanted: FloatArray
+    q: FloatArray
+    torque: FloatArray
+    touching: tuple[tuple[Contact, ...], ...]
+
+
+_of_thread = threading.local()
+
+
+def verify(robot: Robot, scene: Scene, q: FloatArray, dt: float, settings: VerifySettings) -> Verification:
+    """Play waypoints `q` (m,n) that follow each other by `dt` seconds; the same input gives the same numbers.
+
+    Safe from several threads at once: each has a simulation of its own. Raise ValueError for a wrong shape.
+    """
+    if q.ndim != 2 or q.shape[0] < 2 or q.shape[1] != robot.dof:
+        raise ValueError(f"q has shape {q.shape}; (waypoints, at least 2, {robot.dof}) is needed")
+    played = play(robot, scene, np.asarray(q, dtype=np.float64), dt, settings)
+    tools = native.fk(robot.native, np.stack([played.q[-1], played.wanted[-1]]))[:, :3, 3]
+    tracking = float(np.abs(played.q - played.wanted).max())
+    final = float(np.linalg.norm(tools[0] - tools[1]))
+    contacts = sum(1 for touching in played.touching if touching)
+    saturated = float((np.abs(played.torque) >= FULL_EFFORT * robot.effort).mean())
+    reason = _contact_reason(played, settings) or _tracking_reason(tracking, final, saturated, settings)
+    return Verification(not reason, tracking, final, contacts, saturated, reason)
+
+
+def play(robot: Robot, scene: Scene, q: FloatArray, dt: float, settings: VerifySettings) -> Playback:
+    """Simulate waypoints `q` (m,n), joined by cubics that start and end at rest, and hold the last one."""
+    world = _world_of_thread()
+    world.build(robot, scene, 1.0 / settings.frequency_hz)
+    world.place(q[0].tolist())
+    drives = Drives(robot.effort.tolist(), settings.position_gain, settings.velocity_gain)
+    wanted = _references(q, dt, settings)
+    speed = np.diff(wanted, axis=0) * settings.frequency_hz
+    states: list[list[float]] = []
+    torques: list[list[float]] = []
+    touching: list[tuple[Contact, ...]] = []
+    for position, velocity in zip(wanted[:-1].tolist(), speed.tolist(), strict=True):
+        state, torque = world.step(drives, position, velocity)
+        states.append(state)
+        torques.append(torque)
+        touching.append(world.contacts())
+    return Playback(wanted[1:], np.array(states), np.array(torques), tuple(touching))
+
+
+def _world_of_thread() -> World:
+    if not hasattr(_of_thread, "world"):
+        _of_thread.world = World()
+    world: World = _of_thread.world
+    return world
+
+
+def _references(q: FloatArray, dt: float, settings: VerifySettings) -> FloatArray:
+    """Joint positions (s+1,n) before the first and after each of s steps."""
+    velocity = np.gradient(q, dt, axis=0)
+    velocity[[0, -1]] = 0.0
+    end = (len(q) - 1) * dt
+    path = CubicHermiteSpline(np.arange(len(q)) * dt, q, velocity)
+    steps = int(np.ceil((end + settings.hold_s) * settings.frequency_hz))
+    times = np.minimum(np.arange(steps + 1) / settings.frequency_hz, end)
+    return np.asarray(path(times))
+
+
+def _contact_reason(played: Playback, settings: VerifySettings) -> str:
+    for step, touching in enumerate(played.touching, start=1):
+        if touching:
+            return (
+                f"{touching[0].first} touches {touching[0].second} after {step / settings.frequency_hz:.2f} s"
+            )
+    return ""
+
+
+def _tracking_reason(tracking: float, final: float, saturated: float, settings: VerifySettings) -> str:
+    """Say which threshold is not kept; a simulation that blew up (not a number) keeps none."""
+    if not tracking <= settings.max_tracking_error_rad:
+        return f"tracking error {tracking:.3f} rad exceeds {settings.max_tracking_error_rad:g}"
+    if not final <= settings.max_final_error_m:
+        return f"tool ends {final:.4f} m from its goal, more than {settings.max_final_error_m:g}"
+    if saturated > settings.max_saturated_share:
+        limit = settings.max_saturated_share
+        return f"joints at their effort limit for {saturated:.3f} of all steps, more than {limit:g}"
+    return ""

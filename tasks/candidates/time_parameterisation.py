@@ -1,0 +1,105 @@
+"""Time a planned path: where the robot is when, within its velocity and acceleration limits.
+
+Ways to do it, tried in this order, since the earlier ones give smoother and shorter trajectories:
+
+`spline`    a cubic spline through the path's waypoints, timed by toppra
+`dense`     the same through many points of the path, so that the spline hardly leaves it
+`stops`     straight from waypoint to waypoint, standing still at each
+
+(A path of two waypoints is `straight`: nothing to stop at.) What is stored is what counts, so each attempt is
+judged by its samples, rounded to float32: inside the limits, and free along every edge between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from plancurate import native
+from plancurate.robots.robot import Robot
+from plancurate.robots.scene import Scene
+from plancurate.robots.shapes import FloatArray
+from plancurate.tasks.candidates.motions import Pace, spline_samples, stopping_samples, subdivided
+
+POSITION_TOLERANCE = 1e-6  # rad (m): what rounding to float32 may add to a joint at its limit
+SHORTEST_SEGMENT = 1e-4  # rad: nearer waypoints are one; a spline between them would turn on the spot
+
+
+class TimingSettings(BaseModel):
+    """How a path becomes a trajectory."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    dt: float = Field(default=0.05, gt=0, description="time between two stored samples, s")
+    limit_share: float = Field(
+        default=0.95, gt=0, lt=1, description="share of velocity and acceleration limits to use"
+    )
+    dense_spacing: float = Field(
+        default=0.3, gt=0, description="distance between a dense spline's points, rad"
+    )
+    resolution: float = Field(
+        default=0.01, gt=0, description="joint step of collision checks along edges, rad"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Timed:
+    """A trajectory: samples `q` (m, n), rad, all float32 numbers, one a time step; (0, n) if it failed.
+
+    `duration` is in s, `method` one of those above, `reason` says why each of them failed, if all did.
+    """
+
+    q: FloatArray
+    duration: float
+    method: str
+    reason: str
+
+
+def time_path(robot: Robot, scene: Scene, path: FloatArray, settings: TimingSettings) -> Timed:
+    """Time `path` (w, n), rad, w >= 1, from rest to rest; a path that goes nowhere is held for one step."""
+    failures = []
+    for method, samples in attempts(robot, without_repeats(path), settings):
+        q = samples.astype(np.float32).astype(np.float64)
+        problem = problem_of(robot, scene, q, settings)
+        if not problem:
+            return Timed(q, (len(q) - 1) * settings.dt, method, "")
+        failures.append(f"{method}: {problem}")
+    return Timed(np.empty((0, robot.dof)), 0.0, "", "; ".join(failures))
+
+
+def without_repeats(path: FloatArray) -> FloatArray:
+    """Drop waypoints of `path` (w, n) that repeat the one before; both ends stay: two rows or more."""
+    distinct = [path[0]]
+    for waypoint in path[1:-1]:
+        if min(np.linalg.norm(waypoint - other) for other in (distinct[-1], path[-1])) > SHORTEST_SEGMENT:
+            distinct.append(waypoint)
+    return np.array([*distinct, path[-1]])
+
+
+def attempts(robot: Robot, path: FloatArray, settings: TimingSettings) -> Iterator[tuple[str, FloatArray]]:
+    """Yield (method, samples (m, n)), the best way first; each is computed when it is asked for."""
+    share = settings.limit_share
+    pace = Pace(share * robot.velocity, share * robot.acceleration, settings.dt)
+    stopping = stopping_samples(path, pace)
+    if len(path) == 2:
+        yield "straight", stopping
+        return
+    yield "spline", spline_samples(path, pace, len(stopping))
+    yield "dense", spline_samples(subdivided(path, settings.dense_spacing), pace, len(stopping))
+    yield "stops", stopping
+
+
+def problem_of(robot: Robot, scene: Scene, q: FloatArray, settings: TimingSettings) -> str:
+    """Say in a few words what is wrong with the samples `q` (m, n), or nothing ("")."""
+    if len(q) == 0:
+        return "no motion faster than with stops"
+    if np.any(q < robot.lower - POSITION_TOLERANCE) or np.any(q > robot.upper + POSITION_TOLERANCE):
+        return "leaves the joint limits"
+    if Pace(robot.velocity, robot.acceleration, settings.dt).excess(q) > 1:
+        return "exceeds the velocity or acceleration limits"
+    if not np.all(native.edge_is_free(robot.native, scene.native, q[:-1], q[1:], settings.resolution)):
+        return "collides"
+    return ""

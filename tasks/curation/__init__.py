@@ -1,0 +1,1 @@
+"""Curation: the pool of verified candidates and the selectors that keep part of it."""

@@ -1,0 +1,179 @@
+"""What a selector is given, what it gives back, and how it is found by name."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import inspect
+import pkgutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.metadata import entry_points
+from typing import Any
+
+import duckdb
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.robots.robot import Robot
+from plancurate.robots.scene import Scene
+from plancurate.sql import load
+from plancurate.tasks.curation.pool import FloatArray, Pool
+
+IntArray = npt.NDArray[np.int64]
+ENTRY_POINTS = "plancurate.selectors"
+STAGES = ("prepare", "base_policy", "rollouts", "cluster", "score", "select")
+
+
+class Settings(BaseModel):
+    """Parameters of a selector; subclass it to have some. Unknown names are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+@dataclass(eq=False)
+class Stopwatch:
+    """Seconds spent in each stage, by the clock given."""
+
+    clock: Callable[[], float]
+    seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        """Count the time spent inside the with block towards the stage."""
+        start = self.clock()
+        try:
+            yield
+        finally:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + self.clock() - start
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A pool to select from."""
+
+    pool: Pool
+    budget: int
+    """Trajectories to keep a target, at least 1."""
+    seed: int
+    connection: duckdb.DuckDBPyConnection
+    """Has the table `candidates`: the pool's candidates with their number as column `row`."""
+    stage: Stopwatch
+    robot: Robot
+    scene: Scene
+    waypoints: Callable[[Sequence[str]], list[FloatArray]]
+    """Reads the waypoints (m, joints) of trajectories by id, for selectors that look inside."""
+
+    def sql(self, name: str, **parameters: object) -> pa.Table:
+        """Run sql/<name>.sql on the candidates."""
+        return self.connection.sql(load(name), params=parameters or None).to_arrow_table()
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """What a selector chose: numbers of candidate rows, and for each, where it applies, what led to it.
+
+    The last three are for selectors that do more than to keep whole trajectories as they are.
+    """
+
+    rows: IntArray
+    rank: IntArray | None = None
+    score: FloatArray | None = None
+    cluster: IntArray | None = None
+    steps: Sequence[IntArray | None] | None = None
+    """Waypoints, counted from 0, at which a training window may begin; None stands for all of them."""
+    weight: FloatArray | None = None
+    """How much more often than by their number a trajectory's windows are drawn; 1 unless given."""
+    q: Sequence[FloatArray] | None = None
+    """Waypoints (m, joints) to learn from in place of the stored ones."""
+
+
+Choose = Callable[[Problem, Any], Kept]
+
+
+@dataclass(frozen=True)
+class Selector:
+    """A registered way of choosing. `origin` tells versions of a selector from elsewhere apart."""
+
+    name: str
+    choose: Choose
+    settings: type[Settings]
+    description: str
+    origin: str
+    budgeted: bool
+
+    def parse(self, parameters: Mapping[str, object]) -> Settings:
+        """Check parameters; PlancurateError that names the first wrong one."""
+        try:
+            return self.settings.model_validate(dict(parameters))
+        except ValidationError as error:
+            first = error.errors()[0]
+            where = ".".join(map(str, first["loc"]))
+            valid = ", ".join(self.settings.model_fields) or "none"
+            raise PlancurateError(
+                f"selector {self.name}: parameter {where}={first['input']!r}: {first['msg']} "
+                f"(parameters: {valid})"
+            ) from None
+
+
+_registry: dict[str, Selector] = {}
+
+
+def selector(
+    name: str, settings: type[Settings] = Settings, *, budgeted: bool = True
+) -> Callable[[Choose], Choose]:
+    """Register the decorated function under a name; the first line of its docstring describes it.
+
+    `budgeted=False` says that it keeps what it keeps, whatever the budget.
+    """
+
+    def register(choose: Choose) -> Choose:
+        add(name, choose, settings, (inspect.getdoc(choose) or "").split("\n")[0], budgeted=budgeted)
+        return choose
+
+    return register
+
+
+def add(
+    name: str, choose: Choose, settings: type[Settings], description: str, *, budgeted: bool = True
+) -> None:
+    """Register a selector; ValueError when another function has the name."""
+    known = _registry.get(name)
+    if known and known.choose.__module__ != choose.__module__:
+        raise ValueError(f"selector '{name}' is registered by {known.choose.__module__} already")
+    _registry[name] = Selector(name, choose, settings, description, _origin(choose), budgeted)
+
+
+def find_selector(name: str) -> Selector:
+    """The selector of that name; UnknownNameError otherwise."""
+    _discover()
+    if name not in _registry:
+        raise UnknownNameError("selector", name, _registry)
+    return _registry[name]
+
+
+def selector_names() -> list[str]:
+    """Names of all selectors, sorted: those of this folder and those of installed entry points."""
+    _discover()
+    return sorted(_registry)
+
+
+@cache
+def _discover() -> None:
+    package = importlib.import_module("plancurate.tasks.curation.selectors")
+    for module in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
+        importlib.import_module(module.name)
+    for entry in entry_points(group=ENTRY_POINTS):
+        entry.load()
+
+
+def _origin(choose: Choose) -> str:
+    """Digest of the source of a selector from elsewhere: an edited one must not pass for its older self."""
+    if choose.__module__.startswith("plancurate."):
+        return ""
+    return hashlib.sha256(inspect.getsource(choose).encode()).hexdigest()[:12]

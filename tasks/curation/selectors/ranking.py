@@ -1,0 +1,72 @@
+"""Scores, draws and the best of each group, computed by SQL."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import pyarrow as pa
+from pydantic import Field
+
+from plancurate.errors import PlancurateError
+from plancurate.tasks.curation.pool import METRICS, FloatArray
+from plancurate.tasks.curation.selectors.base import IntArray, Kept, Problem, Settings
+
+
+class ScoreSettings(Settings):
+    """How the composite score adds up; weights apply to the scaled metrics."""
+
+    scaling: Literal["zscore", "raw"] = "zscore"
+    joint_movement: float = Field(1.0, allow_inf_nan=False)
+    smoothness: float = Field(1.0, allow_inf_nan=False)
+    path_length: float = Field(1.0, allow_inf_nan=False)
+
+
+def composite_scores(problem: Problem, settings: ScoreSettings) -> FloatArray:
+    """Score of every candidate (candidates,), lower is better."""
+    weights = {name: getattr(settings, name) for name in METRICS}
+    with problem.stage("score"):
+        rows = problem.sql("pool/score", scaling=settings.scaling, **weights)
+        return np.asarray(rows["score"].to_numpy(), dtype=np.float64)
+
+
+def random_draws(problem: Problem, salt: str) -> FloatArray:
+    """A number in [0, 1) for every candidate (candidates,), by seed and salt."""
+    with problem.stage("score"):
+        rows = problem.sql("pool/draw", salt=f"{salt}/{problem.seed}")
+        return np.asarray(rows["draw"].to_numpy(), dtype=np.float64)
+
+
+def lowest_of_groups(problem: Problem, groups: IntArray, key: FloatArray, budget: int) -> Kept:
+    """Keep the `budget` lowest keys of each group; groups (candidates,) hold -1 for no group at all."""
+    with problem.stage("select"):
+        member = np.flatnonzero(groups >= 0)
+        keyed = {"row": member, "group_id": groups[member], "key": key[member]}
+        problem.connection.register("keyed", pa.table(keyed))
+        rows = problem.sql("pool/rank", budget=budget)
+        problem.connection.unregister("keyed")
+        return Kept(rows=rows["row"].to_numpy(), rank=rows["rank"].to_numpy())
+
+
+Scope = Literal["target", "pool"]
+
+
+def lowest_of_scope(problem: Problem, key: FloatArray, scope: Scope) -> Kept:
+    """Keep the `budget` lowest keys of each target, or as many of the pool as a whole wherever they lead."""
+    targets: IntArray = problem.pool.candidates["target_id"].to_numpy().astype(np.int64)
+    if scope == "pool":
+        total = problem.budget * problem.pool.n_targets
+        require(len(targets), total, f"the pool (k x {problem.pool.n_targets} targets are kept)")
+        return lowest_of_groups(problem, np.zeros_like(targets), key, total)
+    for target in problem.pool.targets["target_id"].to_pylist():
+        require(int(np.sum(targets == target)), problem.budget, f"target {target}")
+    return lowest_of_groups(problem, targets, key, problem.budget)
+
+
+def require(available: int, budget: int, what: str) -> None:
+    """PlancurateError when `what` holds fewer candidates than the budget asks for."""
+    if available < budget:
+        raise PlancurateError(
+            f"budget {budget} is larger than {what}, which holds {available} candidates: "
+            "lower the budget or plan more runs"
+        )

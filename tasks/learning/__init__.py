@@ -1,0 +1,1 @@
+"""Learning: demonstrations of a selection, policies, their training, and rollouts on test targets."""

@@ -1,0 +1,77 @@
+"""BC_RNN: a gated recurrent network on windows of steps, sequence-wise mean squared error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import torch
+from pydantic import Field
+from torch import Tensor
+
+from plancurate.tasks.learning.policies.layers import gru, gru_cell, gru_weights, linear_weights
+from plancurate.tasks.learning.policies.policy import Policy, Weights, register
+
+PARTS = ("input", "hidden", "input_bias", "hidden_bias")
+
+
+@register("BC_RNN")
+class RNNPolicy(Policy):
+    """GRU layers and a linear head."""
+
+    recurrent = True
+    robomimic: ClassVar[Mapping[str, Any]] = {"batch": 100, "hidden": 400, "layers": 2}
+
+    batch: int = Field(32, ge=1, description="windows in each gradient step")
+    hidden: int = Field(64, ge=1, description="units of each layer")
+    layers: int = Field(1, ge=1, description="layers, one upon the other")
+
+    def outputs(self, acted: int) -> int:
+        """Numbers that the head gives for `acted` joints."""
+        return acted
+
+    def initial(self, observed: int, acted: int, rng: torch.Generator) -> dict[str, Tensor]:
+        """Draw one network's parameters."""
+        weights: dict[str, Tensor] = {}
+        for k in range(self.layers):
+            weights |= gru_weights(f"gru_{k}", observed if k == 0 else self.hidden, self.hidden, rng)
+        return weights | linear_weights("head", self.hidden, self.outputs(acted), rng)
+
+    def loss(self, weights: Weights, observations: Tensor, actions: Tensor, masks: Tensor | None) -> Tensor:
+        """Error of each network over all steps of all windows."""
+        return self.error(self.heads(weights, observations, masks), actions.flatten(1, 2))
+
+    def heads(self, weights: Weights, observations: Tensor, masks: Tensor | None = None) -> Tensor:
+        """Head outputs (S, window * batch, outputs) at all steps of windows (S, window, batch, o)."""
+        x = observations
+        for k in range(self.layers):
+            x = gru(x, *_layer(weights, k))
+            if masks is not None:
+                x = x * masks[:, None, :, k]
+        return torch.baddbmm(weights["head.bias"], x.flatten(1, 2), weights["head.weight"])
+
+    def step(
+        self, weights: Weights, observation: Tensor, memory: Tensor | None
+    ) -> tuple[Tensor, Tensor | None]:
+        """Act on one observation; memory (layers, S, b, hidden) holds the hidden states."""
+        if memory is None:
+            memory = observation.new_zeros(self.layers, *observation.shape[:2], self.hidden)
+        states: list[Tensor] = []
+        x = observation
+        for k in range(self.layers):
+            x = gru_cell(x, memory[k], *_layer(weights, k))
+            states.append(x)
+        head = torch.baddbmm(weights["head.bias"], x, weights["head.weight"])
+        return self.choose(head), torch.stack(states)
+
+    def error(self, head: Tensor, actions: Tensor) -> Tensor:
+        """Losses (S,) of head outputs (S, b, outputs) against actions (S, b, n)."""
+        return (head - actions).square().mean((1, 2))
+
+    def choose(self, head: Tensor) -> Tensor:
+        """Actions (S, b, n) from head outputs (S, b, outputs)."""
+        return head
+
+
+def _layer(weights: Weights, k: int) -> list[Tensor]:
+    return [weights[f"gru_{k}.{part}"] for part in PARTS]

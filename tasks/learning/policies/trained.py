@@ -1,0 +1,139 @@
+"""A trained network with everything a rollout needs, stored without code: safetensors and JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import torch
+from pydantic import BaseModel, ConfigDict, ValidationError
+from safetensors import SafetensorError
+from safetensors.torch import load_file, save
+from torch import Tensor
+
+from plancurate.errors import PlancurateError
+from plancurate.tasks.learning.policies.policy import Policy, make_policy
+
+Action = Literal["delta", "absolute"]
+WEIGHTS_FILE, DESCRIPTION_FILE = "policy.safetensors", "policy.json"
+
+
+@dataclass(frozen=True, eq=False)
+class Normaliser:
+    """Standardisation (value - mean) / scale of o observed and n acted numbers, tensors (o,) and (n,)."""
+
+    observation_mean: Tensor
+    observation_scale: Tensor
+    action_mean: Tensor
+    action_scale: Tensor
+
+
+@dataclass(frozen=True, eq=False)
+class TrainedPolicy:
+    """One network's settings, parameters, standardisation, and how it was trained."""
+
+    policy: Policy
+    weights: Mapping[str, Tensor]
+    normaliser: Normaliser
+    action: Action
+    """Whether the network gives the difference to the present joint angles or the next ones themselves."""
+    window: int
+    """Steps after which the hidden state begins again at zero, as it did in training."""
+    seed: int
+    train_s: float = 0.0
+    """Its share of the stack's wall time: seconds divided by the networks trained together."""
+    loss_curve: list[tuple[int, float]] = field(default_factory=list)
+    """(gradient steps done, mean loss since the entry before)."""
+    diagnostics: dict[str, float] = field(default_factory=dict)
+    """What the policy tells of what it has learnt."""
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return len(self.normaliser.action_mean)
+
+    def save(self, folder: Path) -> None:
+        """Write policy.safetensors and policy.json into the folder, which is made if missing."""
+        folder.mkdir(parents=True, exist_ok=True)
+        tensors = {f"weights.{name}": value.contiguous() for name, value in self.weights.items()}
+        tensors |= {f"normaliser.{name}": value for name, value in vars(self.normaliser).items()}
+        (folder / WEIGHTS_FILE).write_bytes(save(tensors))
+        description = Description(
+            format=1,
+            policy=self.policy.name,
+            settings=self.policy.model_dump(mode="json"),
+            action=self.action,
+            window=self.window,
+            seed=self.seed,
+            train_s=self.train_s,
+            loss_curve=self.loss_curve,
+            diagnostics=self.diagnostics,
+        )
+        (folder / DESCRIPTION_FILE).write_text(description.model_dump_json(indent=1) + "\n")
+
+
+class Description(BaseModel):
+    """What policy.json holds."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, ser_json_inf_nan="constants")
+
+    format: Literal[1]
+    policy: str
+    settings: dict[str, Any]
+    action: Action
+    window: int
+    seed: int
+    train_s: float
+    loss_curve: list[tuple[int, float]]
+    diagnostics: dict[str, float] = {}
+
+
+def load_policy(folder: Path) -> TrainedPolicy:
+    """Read a policy that `save` wrote; raises PlancurateError that names the file and what is wrong."""
+    for name in (DESCRIPTION_FILE, WEIGHTS_FILE):
+        if not (folder / name).is_file():
+            raise PlancurateError(
+                f"{folder / name}: no such file; a policy folder holds {DESCRIPTION_FILE} and {WEIGHTS_FILE}"
+            )
+    try:
+        description = Description.model_validate_json((folder / DESCRIPTION_FILE).read_text())
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise PlancurateError(f"{folder / DESCRIPTION_FILE}: {where}: {first['msg']}") from None
+    try:
+        tensors = load_file(folder / WEIGHTS_FILE)
+    except SafetensorError as error:
+        raise PlancurateError(f"{folder / WEIGHTS_FILE}: not a safetensors file: {error}") from None
+    return _restore(folder / WEIGHTS_FILE, description, tensors)
+
+
+def _restore(file: Path, description: Description, tensors: dict[str, Tensor]) -> TrainedPolicy:
+    policy = make_policy(description.policy, description.settings)
+    names = Normaliser.__dataclass_fields__
+    missing = [f"normaliser.{name}" for name in names if f"normaliser.{name}" not in tensors]
+    if missing:
+        raise PlancurateError(f"{file}: tensor {missing[0]} is missing")
+    normaliser = Normaliser(**{name: tensors[f"normaliser.{name}"] for name in names})
+    weights = {name.removeprefix("weights."): t for name, t in tensors.items() if name.startswith("weights.")}
+    observed, acted = len(normaliser.observation_mean), len(normaliser.action_mean)
+    expected = policy.initial(observed, acted, torch.Generator())
+    for name, value in expected.items():
+        if name not in weights or weights[name].shape != value.shape:
+            found = tuple(weights[name].shape) if name in weights else "missing"
+            raise PlancurateError(
+                f"{file}: weights.{name} is {found}; {policy.name} has {tuple(value.shape)}"
+            )
+    return TrainedPolicy(
+        policy,
+        {name: weights[name] for name in expected},
+        normaliser,
+        description.action,
+        description.window,
+        description.seed,
+        description.train_s,
+        description.loss_curve,
+        description.diagnostics,
+    )

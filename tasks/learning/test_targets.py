@@ -1,0 +1,79 @@
+"""Which tool positions policies are tested on: training targets, displaced or not, and unseen ones."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from plancurate.tasks.candidates.targets import Target
+
+FloatArray = npt.NDArray[np.float64]
+
+TESTS_BY_DISTANCE = {0: 1, 1: 3, 2: 3, 3: 3, 4: 3, 5: 3}
+"""Tests of each training target by displacement in cm."""
+
+
+@dataclass(frozen=True, eq=False)
+class TargetsUnderTest:
+    """t tested tool positions."""
+
+    kind: tuple[str, ...]
+    """Of each: displaced or unseen."""
+    target_id: npt.NDArray[np.int32]
+    distance_cm: npt.NDArray[np.int32]
+    """Displacement; -1 for unseen targets."""
+    position: FloatArray
+    """(t, 3), m."""
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+
+def displaced_tests(targets: Sequence[Target], seed: int) -> TargetsUnderTest:
+    """Tests of training targets: one in place and three at each of 1 to 5 cm, in random directions.
+
+    A target's tests depend on the seed and the target alone, never on what policies are trained with.
+    """
+    cm = np.repeat(list(TESTS_BY_DISTANCE), list(TESTS_BY_DISTANCE.values())).astype(np.int32)
+    positions = [
+        target.position + cm[:, None] / 100 * directions(len(cm), seed, target.target_id)
+        for target in targets
+    ]
+    return TargetsUnderTest(
+        kind=("displaced",) * (len(cm) * len(targets)),
+        target_id=np.repeat([target.target_id for target in targets], len(cm)).astype(np.int32),
+        distance_cm=np.tile(cm, len(targets)),
+        position=np.concatenate(positions) if positions else np.empty((0, 3)),
+    )
+
+
+def unseen_tests(targets: Sequence[Target]) -> TargetsUnderTest:
+    """One test at each fresh target."""
+    return TargetsUnderTest(
+        kind=("unseen",) * len(targets),
+        target_id=np.array([target.target_id for target in targets], dtype=np.int32),
+        distance_cm=np.full(len(targets), -1, dtype=np.int32),
+        position=np.array([target.position for target in targets]).reshape(-1, 3),
+    )
+
+
+def join_tests(*parts: TargetsUnderTest) -> TargetsUnderTest:
+    """All tests of several parts, in order."""
+    return TargetsUnderTest(
+        kind=tuple(kind for part in parts for kind in part.kind),
+        target_id=np.concatenate([part.target_id for part in parts]),
+        distance_cm=np.concatenate([part.distance_cm for part in parts]),
+        position=np.concatenate([part.position for part in parts]),
+    )
+
+
+def directions(count: int, seed: int, target_id: int) -> FloatArray:
+    """Unit vectors (count, 3), uniform on the sphere."""
+    digest = hashlib.sha256(f"displaced/{seed}/{target_id}".encode()).digest()
+    rng = np.random.default_rng(int.from_bytes(digest[:8], "little"))
+    vectors = rng.normal(size=(count, 3))
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))

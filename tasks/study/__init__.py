@@ -1,0 +1,1 @@
+"""A study: what it is made of, what identifies it, its results and their statistics."""

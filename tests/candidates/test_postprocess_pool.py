@@ -1,0 +1,76 @@
+import os
+import subprocess
+import sys
+from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
+import pytest
+
+from plancurate.robots import load_robot, load_scene
+from plancurate.tasks.candidates.generate import GenerateSettings, generate_candidates
+from plancurate.tasks.candidates.plan import PlanSettings
+from plancurate.tasks.candidates.postprocess_pool import PostprocessPool
+from plancurate.tasks.candidates.targets import sample_targets
+
+ROBOT = load_robot("h2017")
+SCENE = load_scene("table")
+SETTINGS = GenerateSettings(plan=PlanSettings(runs=1))
+TARGETS = sample_targets(ROBOT, SCENE, SETTINGS.targets, 0, 2)
+MEASURED = ["plan_s", "timing_s", "verify_s"]
+PLANNERS = ["RRTConnect", "KPIECE1", "EST"]
+
+
+@pytest.fixture(scope="module")
+def postprocess_path():
+    with PostprocessPool("h2017", "table", SETTINGS.timing, SETTINGS.verify, workers=2) as pool:
+        yield pool
+
+
+def test_processes_write_the_same_rows(postprocess_path):
+    def elsewhere(planner: str):
+        return generate_candidates(ROBOT, SCENE, TARGETS, planner, SETTINGS, postprocess_path)[0]
+
+    with ThreadPoolExecutor(2) as threads:
+        parts = list(threads.map(elsewhere, PLANNERS))
+    for planner, part in zip(PLANNERS, parts, strict=True):
+        here = generate_candidates(ROBOT, SCENE, TARGETS, planner, SETTINGS)[0]
+        assert here.drop_columns(MEASURED).equals(part.drop_columns(MEASURED))
+        assert part["solved"].to_pylist() == [True, True]
+
+
+def test_a_crash_costs_one_trajectory_and_is_its_reason(postprocess_path):
+    bomb = defaultdict(partial(os._exit, 7))  # ends the process that looks for its first waypoint
+    assert "exit code 7" in postprocess_path(bomb, TARGETS[0].position).timed.reason
+    path = TARGETS[0].goals[[0, 0]]
+    assert postprocess_path(path, TARGETS[0].position).timed.reason == ""
+
+
+def test_errors_of_the_program_are_raised_not_written_down(postprocess_path):
+    with pytest.raises(TypeError):
+        postprocess_path(["no array"], TARGETS[0].position)
+
+
+ORPHANS = """
+import sys, time
+from plancurate.robots import load_robot
+from plancurate.tasks.candidates.postprocess_pool import PostprocessPool
+from plancurate.tasks.candidates.generate import GenerateSettings
+if __name__ == "__main__":
+    settings, home = GenerateSettings(), load_robot("h2017").home
+    postprocess_path = PostprocessPool("h2017", "free", settings.timing, settings.verify, workers=2)
+    postprocess_path(home[None], home[:3])
+    print("ready", flush=True)
+    time.sleep(60)
+"""
+
+
+def test_processes_end_with_a_parent_that_is_killed(tmp_path):
+    script = tmp_path / "orphans.py"
+    script.write_text(ORPHANS)
+    parent = subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE)
+    assert parent.stdout is not None
+    with parent:
+        assert parent.stdout.readline() == b"ready\n"
+        parent.kill()
+        parent.communicate(timeout=10)  # ends when the last process that holds the pipe has ended

@@ -1,0 +1,116 @@
+from __future__ import annotations
+
+import json
+from functools import partial
+
+import pytest
+
+from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.robots import load_robot, load_scene
+from plancurate.tasks.curation import curate as steps
+from plancurate.tasks.curation.pool import load_pool
+from plancurate.tasks.curation.selectors.base import Kept, Problem, Settings, selector, selector_names
+from plancurate.tasks.lake import Lake
+
+curate = partial(steps.curate, robot=load_robot("h2017"), scene=load_scene("free"))
+PARTITION = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
+BUILT_IN = (
+    "General", "Random", "RuleBased_General", "KMeans", "DBSCAN", "Hierarchical",
+    "KMeans_Hybrid", "DBSCAN_Hybrid", "Hierarchical_Hybrid",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_selection_is_recorded_and_making_it_again_changes_nothing(small_lake: Lake, name: str) -> None:
+    pool = load_pool(small_lake, PARTITION)
+    first = curate(small_lake, pool, name, 2, 5, metadata={"config_hash": "c"})
+    parts = {path: path.stat().st_mtime_ns for path in small_lake.root.rglob("part-*.parquet")}
+    again = curate(small_lake, pool, name, 2, 5, metadata={"config_hash": "c"})
+    assert {path: path.stat().st_mtime_ns for path in small_lake.root.rglob("part-*.parquet")} == parts
+    assert again.kept.to_pydict() == first.kept.to_pydict()
+    for field in ("selection_id", "budget", "seed", "params", "pool_hash", "seconds", "selection_time_s"):
+        assert getattr(again, field) == getattr(first, field)
+    rows = small_lake.read("selections", {**PARTITION, "selector": name})
+    assert set(rows["trajectory_id"].to_pylist()) == set(first.ids)
+    assert rows["n_pool"].to_pylist()[0] == pool.candidates.num_rows
+    assert json.loads(rows["params"][0].as_py()) == first.params
+
+
+def test_stages_add_up_to_at_most_the_selection_time(small_lake: Lake) -> None:
+    ticks = iter(range(100))
+    pool = load_pool(small_lake, PARTITION)
+    selection = curate(small_lake, pool, "KMeans_Hybrid", 1, 0, metadata={}, clock=lambda: float(next(ticks)))
+    spent = {stage: seconds for stage, seconds in selection.seconds.items() if seconds}
+    assert spent == {"prepare": 1.0, "cluster": 1.0, "score": 1.0, "select": 2.0}
+    assert selection.selection_time_s == 11.0
+
+
+def test_other_settings_make_another_selection(small_lake: Lake) -> None:
+    pool = load_pool(small_lake, PARTITION)
+    asked = [
+        ("KMeans_Hybrid", 2, 0, {}),
+        ("KMeans_Hybrid", 1, 0, {}),
+        ("KMeans_Hybrid", 2, 1, {}),
+        ("KMeans_Hybrid", 2, 0, {"scaling": "raw"}),
+    ]
+    ids = {curate(small_lake, pool, *request, metadata={}).selection_id for request in asked}
+    assert len(ids) == 4
+    spelt_out = curate(small_lake, pool, "KMeans_Hybrid", 2, 0, {"scaling": "zscore"}, metadata={})
+    assert spelt_out.selection_id in ids
+
+
+def test_general_keeps_all_whatever_the_budget(small_lake: Lake) -> None:
+    pool = load_pool(small_lake, PARTITION)
+    first = curate(small_lake, pool, "General", None, 0, metadata={})
+    assert first.budget is None
+    assert first.ids == sorted(pool.candidates["trajectory_id"].to_pylist())
+    assert curate(small_lake, pool, "General", 7, 0, metadata={}).selection_id == first.selection_id
+
+
+@pytest.mark.parametrize(
+    ("name", "budget", "params", "message"),
+    [
+        ("KMeans", 0, {}, "budget is 0, it must be at least 1"),
+        ("KMeans", None, {}, "budget is None"),
+        ("Random", 5, {}, "budget 5 is larger than target 1, which holds 4 candidates"),
+        ("KMeans", 5, {}, "budget 5 is larger than cluster [0-9]+ of target 1, which holds 4 candidates"),
+        ("RuleBased_General", 6, {}, "budget 18 is larger than the pool .* holds 16"),
+        (
+            "KMeans_Hybrid",
+            1,
+            {"scaling": "max"},
+            "parameter scaling='max': Input should be 'zscore'",
+        ),
+        ("KMeans", 1, {"scaling": "raw"}, r"parameter scaling='raw': Extra inputs .*\(parameters: n_init\)"),
+        ("DBSCAN", 1, {"min_samples": 7}, "every candidate is noise"),
+    ],
+)
+def test_requests_that_cannot_be_met_are_one_line_errors(
+    small_lake: Lake, name: str, budget: int | None, params: dict[str, object], message: str
+) -> None:
+    pool = load_pool(small_lake, PARTITION)
+    with pytest.raises(PlancurateError, match=message) as caught:
+        curate(small_lake, pool, name, budget, 0, params, metadata={})
+    assert "\n" not in str(caught.value)
+    assert not small_lake.keys("selections", {**PARTITION, "selector": name})
+
+
+def test_an_unknown_selector_names_the_nearest(small_lake: Lake) -> None:
+    with pytest.raises(UnknownNameError, match="did you mean KMeans_Hybrid"):
+        curate(small_lake, load_pool(small_lake, PARTITION), "KMean_Hybrid", 1, 0, metadata={})
+
+
+def test_a_selector_of_ones_own_may_look_at_waypoints(small_lake: Lake) -> None:
+    class Straightness(Settings):
+        share: float = 0.5
+
+    @selector("Straightest", Straightness)
+    def straightest(problem: Problem, settings: Straightness) -> Kept:
+        """Keep the candidates whose first step is the smallest."""
+        ids = problem.pool.candidates["trajectory_id"].to_pylist()
+        first_step = [abs(q[1] - q[0]).sum() for q in problem.waypoints(ids)]
+        return Kept(sorted(range(len(ids)), key=first_step.__getitem__)[: problem.budget])
+
+    assert "Straightest" in selector_names()
+    selection = curate(small_lake, load_pool(small_lake, PARTITION), "Straightest", 3, 0, metadata={})
+    assert len(selection.ids) == 3

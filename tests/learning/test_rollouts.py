@@ -1,0 +1,233 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pyarrow as pa
+import pytest
+import torch
+
+from plancurate import native
+from plancurate.robots import Robot, Scene, load_robot, load_scene
+from plancurate.tasks.candidates.targets import Target
+from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_policy
+from plancurate.tasks.learning.rollouts import EvaluateSettings, Trials, roll_out
+from plancurate.tasks.learning.test_targets import displaced_tests, join_tests, unseen_tests
+
+NONE = np.empty((0, 6))
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return load_robot("h2017")
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return load_scene("free")
+
+
+def tool(robot: Robot, q: np.ndarray) -> np.ndarray:
+    return native.fk(robot.native, q)[:, :3, 3]
+
+
+def trained(name: str, seed: int, drift: float = 0.02, action: str = "delta") -> TrainedPolicy:
+    """An untrained network whose actions are `drift` rad a step or so."""
+    policy = make_policy(name, {})
+    weights = policy.initial(9, 6, torch.Generator().manual_seed(seed))
+    scale = Normaliser(torch.zeros(9), torch.ones(9), torch.full((6,), drift), torch.full((6,), drift))
+    return TrainedPolicy(policy, weights, scale, action, window=4, seed=seed)
+
+
+def reference(
+    policy: TrainedPolicy, robot: Robot, scene: Scene, target: np.ndarray, settings: EvaluateSettings
+) -> dict[str, object]:
+    """One rollout, one step at a time, written for reading."""
+    weights = {name: value[None] for name, value in policy.weights.items()}
+    norm = policy.normaliser
+    q, memory = robot.home.copy(), None
+    place = tool(robot, q[None])[0]
+    way, moved, steps, distance = 0.0, 0.0, 0, float(np.linalg.norm(target - place))
+    reached, collided, outside, broken = distance < settings.reach_m, False, False, False
+    for step in range(settings.max_steps):
+        if step % policy.window == 0:
+            memory = None
+        seen = torch.from_numpy(np.concatenate([target - place, q])).float()
+        seen = (seen - norm.observation_mean) / norm.observation_scale
+        action, memory = policy.policy.step(weights, seen[None, None], memory)
+        change = (action[0, 0] * norm.action_scale + norm.action_mean).double().detach().numpy()
+        following = q + change if policy.action == "delta" else change
+        out = bool(((following < robot.lower) | (following > robot.upper)).any())
+        hit = (
+            not out
+            and not native.edge_is_free(
+                robot.native, scene.native, q[None], following[None], settings.resolution
+            ).item()
+        )
+        if out or hit:
+            broken = True
+            outside, collided = outside or (out and not reached), collided or (hit and not reached)
+            break
+        after = tool(robot, following[None])[0]
+        if not reached:
+            way += float(np.linalg.norm(after - place))
+            moved += float(np.abs(following - q).sum())
+            steps += 1
+            distance = float(np.linalg.norm(target - after))
+            reached = distance < settings.reach_m
+        q, place = following, after
+    end = float(np.linalg.norm(target - place))
+    return {
+        "success": reached, "settled": not broken and end < settings.reach_m, "collided": collided,
+        "out_of_limits": outside, "steps": steps, "final_distance": distance, "settled_distance": end,
+        "path_length": way, "joint_movement": moved,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["BC_MLP", "BC_RNN", "BC_RNN_MDN"])
+@pytest.mark.parametrize("action", ["delta", "absolute"])
+def test_batched_rollout_equals_one_trial_at_a_time(robot: Robot, name: str, action: str) -> None:
+    table = load_scene("table")
+    policies = [trained(name, seed, 0.05, action) for seed in range(3)]
+    goals = robot.home + np.linspace(-0.6, 0.6, 5)[:, None] * np.array([1.0, 1, -1, 0.5, -1, 1])
+    tests = unseen_tests([Target(k, place, NONE) for k, place in enumerate(tool(robot, goals))])
+    settings = EvaluateSettings(max_steps=60, reach_m=0.2)
+    rows = [row for table_ in roll_out(policies, robot, table, tests, settings) for row in table_.to_pylist()]
+    outcomes = {(row["success"], row["collided"], row["out_of_limits"]) for row in rows}
+    assert len(outcomes) > 1
+    expected = [
+        reference(policy, robot, table, place, settings) for policy in policies for place in tests.position
+    ]
+    for row, other in zip(rows, expected, strict=True):
+        for column, value in other.items():
+            assert row[column] == pytest.approx(value, abs=1e-5), column
+
+
+@dataclass(frozen=True)
+class Told:
+    """A trial whose moves are given."""
+
+    robot: Robot
+    scene: Scene
+    target: np.ndarray
+
+    def run(self, states: Sequence[np.ndarray]) -> dict[str, object]:
+        trials = Trials(self.robot, self.scene, self.target[None], EvaluateSettings())
+        for q in states:
+            trials.move(q[None])
+        return {name: value[0].item() for name, value in trials.columns().items()}
+
+
+@pytest.fixture
+def told(robot: Robot, scene: Scene) -> Told:
+    return Told(robot, scene, tool(robot, robot.home[None] + [[0.3, 0, 0, 0, 0, 0]])[0])
+
+
+def turn(robot: Robot, *angles: float) -> list[np.ndarray]:
+    """Home with joint 1 turned by each angle."""
+    return [robot.home + np.array([angle, 0, 0, 0, 0, 0]) for angle in angles]
+
+
+def test_trial_that_passes_the_target_succeeds_but_does_not_settle(told: Told) -> None:
+    trial = told.run(turn(told.robot, 0.1, 0.2, 0.3, 0.5, 0.9))
+    assert (trial["success"], trial["settled"], trial["steps"]) == (True, False, 3)
+    assert trial["joint_movement"] == pytest.approx(0.3)
+    assert trial["final_distance"] == pytest.approx(0, abs=1e-9)
+    assert trial["settled_distance"] > 0.3
+
+
+def test_trial_that_stops_at_the_target_settles(told: Told) -> None:
+    trial = told.run(turn(told.robot, 0.15, 0.29, 0.29, 0.31))
+    assert (trial["success"], trial["settled"], trial["steps"]) == (True, True, 2)
+    radius = np.linalg.norm(told.target[:2])
+    assert trial["path_length"] == pytest.approx(2 * radius * (np.sin(0.15 / 2) + np.sin(0.14 / 2)), rel=1e-3)
+
+
+def test_trial_that_never_comes_near_fails_at_the_step_limit(told: Told) -> None:
+    trial = told.run(turn(told.robot, -0.1, -0.2, -0.3))
+    assert (trial["success"], trial["settled"], trial["collided"], trial["out_of_limits"]) == (False,) * 4
+    assert trial["steps"] == 3
+    assert trial["final_distance"] == trial["settled_distance"]
+
+
+@pytest.mark.parametrize("wrong", [np.full(6, 99.0), np.full(6, np.nan), np.full(6, np.inf)])
+def test_trial_that_leaves_the_limits_stays_where_it_was_and_has_failed(
+    told: Told, wrong: np.ndarray
+) -> None:
+    trial = told.run([*turn(told.robot, 0.1), wrong, *turn(told.robot, 0.3)])
+    assert (trial["success"], trial["settled"], trial["out_of_limits"]) == (False, False, True)
+    assert trial["steps"] == 1
+    assert trial["joint_movement"] == pytest.approx(0.1)
+    assert trial["settled_distance"] == trial["final_distance"]
+
+
+def test_trial_that_collides_between_two_free_states_fails(told: Told) -> None:
+    robot, scene = told.robot, load_scene("table")
+    drawn = np.random.default_rng(0).uniform(robot.lower, robot.upper, (2000, robot.dof))
+    free = native.is_free(robot.native, scene.native, drawn)
+    homes = np.tile(robot.home, (len(drawn), 1))
+    way_free = native.edge_is_free(robot.native, scene.native, homes, drawn, 0.05)
+    beyond = drawn[free & ~way_free][0]
+    trial = Told(robot, scene, tool(robot, beyond[None])[0]).run([beyond])
+    assert (trial["success"], trial["collided"], trial["out_of_limits"]) == (False, True, False)
+    assert trial["joint_movement"] == 0
+
+
+def test_rule_broken_after_reaching_spoils_settling_alone(told: Told) -> None:
+    trial = told.run([*turn(told.robot, 0.3), np.full(6, 99.0), *turn(told.robot, 0.3)])
+    assert (trial["success"], trial["settled"], trial["out_of_limits"]) == (True, False, False)
+    assert trial["settled_distance"] < 0.05
+
+
+def test_memory_is_reset_every_window(robot: Robot, scene: Scene) -> None:
+    tests = unseen_tests([Target(0, np.array([0.0, 0.0, 9.0]), NONE)])
+
+    def way(policy: TrainedPolicy, steps: int) -> float:
+        rows: pa.Table = roll_out([policy], robot, scene, tests, EvaluateSettings(max_steps=steps))[0]
+        return float(rows["joint_movement"][0].as_py())
+
+    policy = trained("BC_RNN", 0, 0.01)
+    never = replace(policy, window=1000)
+    assert way(policy, 4) == way(never, 4)
+    assert abs(way(policy, 6) - way(never, 6)) > 1e-6
+
+
+def test_five_targets_give_eighty_displaced_tests(robot: Robot) -> None:
+    targets = [Target(k, np.array([0.1 * k, 0.2, 0.3]), NONE) for k in range(5)]
+    tests = displaced_tests(targets, seed=3)
+    assert len(tests) == 80
+    assert np.bincount(tests.distance_cm).tolist() == [5, 15, 15, 15, 15, 15]
+    places = np.array([targets[k].position for k in tests.target_id])
+    moved = np.linalg.norm(tests.position - places, axis=1)
+    np.testing.assert_allclose(moved, tests.distance_cm / 100, atol=1e-12)
+    directions = (tests.position - places)[tests.distance_cm > 0]
+    assert len(np.unique(directions.round(9), axis=0)) == 75
+
+
+def test_tests_of_a_target_depend_on_it_and_the_seed_alone() -> None:
+    first, second = (Target(k, np.array([0.1, 0.2, 0.3 * k]), NONE) for k in (4, 5))
+    both, one = displaced_tests([first, second], 3), displaced_tests([second], 3)
+    np.testing.assert_array_equal(both.position[16:], one.position)
+    assert not np.array_equal(one.position[1:], displaced_tests([second], 4).position[1:])
+
+
+def test_unseen_tests_have_no_distance_in_their_rows(robot: Robot, scene: Scene) -> None:
+    targets = [Target(9, np.array([0.5, 0.2, 0.9]), NONE)]
+    tests = join_tests(displaced_tests(targets, 0), unseen_tests(targets))
+    rows = roll_out([trained("BC_MLP", 0)], robot, scene, tests, EvaluateSettings(max_steps=3))[0]
+    assert rows["test_id"].to_pylist() == list(range(17))
+    assert rows["kind"].to_pylist() == ["displaced"] * 16 + ["unseen"]
+    assert rows["distance_cm"].to_pylist() == [0, *np.repeat(range(1, 6), 3).tolist(), None]
+    assert rows["target_id"].to_pylist() == [9] * 17
+
+
+def test_policies_side_by_side_move_as_each_does_alone(robot: Robot, scene: Scene) -> None:
+    policies = [trained("BC_RNN", seed, 0.02) for seed in range(3)]
+    tests = displaced_tests([Target(0, np.array([0.8, 0.1, 0.8]), NONE)], 0)
+    settings = EvaluateSettings(max_steps=30)
+    together = roll_out(policies, robot, scene, tests, settings)
+    for policy, rows in zip(policies, together, strict=True):
+        alone = roll_out([policy], robot, scene, tests, settings)[0]
+        for column in ("settled_distance", "joint_movement"):
+            np.testing.assert_allclose(rows[column].to_numpy(), alone[column].to_numpy(), rtol=1e-6)

@@ -1,0 +1,73 @@
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+import pytest
+
+from plancurate.robots import load_robot, load_scene
+from plancurate.sql import names
+from plancurate.tasks.curation.curate import curate
+from plancurate.tasks.curation.pool import load_pool
+from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.audits import failed_checks
+
+POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
+
+
+@pytest.fixture
+def curated(small_lake: Lake) -> Lake:
+    """The small lake with two selections."""
+    pool = load_pool(small_lake, POOL)
+    for name in ("General", "KMeans_Hybrid"):
+        curate(small_lake, pool, name, 2, 0, robot=load_robot("h2017"), scene=load_scene("free"), metadata={})
+    return small_lake
+
+
+def spoil(folder: Path, column: str, value: object) -> None:
+    """Set a column of every part below the folder to one value."""
+    for path in folder.rglob("part-*.parquet"):
+        rows = pq.read_table(path, partitioning=None)
+        index = rows.column_names.index(column)
+        same = pa.repeat(pa.scalar(value, rows.schema.field(column).type), rows.num_rows)
+        pq.write_table(rows.set_column(index, rows.schema.field(column), same), path)
+
+
+def test_a_sound_lake_passes_every_check(curated: Lake) -> None:
+    assert failed_checks(curated) == {}
+    assert len(names("audits")) >= 10
+
+
+@pytest.mark.parametrize(
+    ("table", "column", "value", "check"),
+    [
+        ("trajectories", "joint_movement", 5.0, "assert_metrics_follow_from_waypoints"),
+        ("trajectories", "n_waypoints", 12, "assert_metrics_follow_from_waypoints"),
+        ("trajectories", "final_distance", 0.1, "assert_metrics_follow_from_waypoints"),
+        ("trajectories", "duration", 0.55, "assert_metrics_follow_from_waypoints"),
+        ("trajectories", "solved", True, "assert_only_solved_trajectories_have_waypoints"),
+        ("trajectories", "reason", "", "assert_unsolved_trajectories_have_a_reason"),
+        ("trajectories", "verified", True, "assert_verified_trajectories_are_solved"),
+        ("trajectories", "verified", False, "assert_selected_trajectories_are_solved_and_verified"),
+        ("trajectories", "trajectory_id", "same", "assert_trajectory_ids_are_unique"),
+        ("trajectories", "target_x", 0.0, "assert_trajectories_lead_to_a_target"),
+        ("targets", "target_id", 9, "assert_trajectories_lead_to_a_target"),
+        ("selections", "budget", 1, "assert_selections_keep_to_their_budget"),
+    ],
+)
+def test_each_check_finds_its_fault(
+    curated: Lake, table: str, column: str, value: object, check: str
+) -> None:
+    spoil(curated.root / table / "robot=h2017", column, value)
+    assert check in failed_checks(curated)
+
+
+def test_selections_without_their_trajectories_are_found(curated: Lake) -> None:
+    shutil.rmtree(curated.root / "trajectories" / "robot=h2017")
+    kept = curated.query("results/coverage", **POOL)
+    assert failed_checks(curated) == {
+        "assert_selected_trajectories_are_solved_and_verified": pc.sum(kept["kept"]).as_py()
+    }

@@ -1,0 +1,255 @@
+"""MLflow tracking on a real SQLite store."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from plancurate.errors import PlancurateError
+from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_policy
+from plancurate.tasks.study import tracking
+from plancurate.tasks.study.tracking import ChildRun, StudyRun
+
+# MLflow uses what SQLAlchemy 2.1 deprecates; no user sees that.
+pytestmark = pytest.mark.filterwarnings("ignore::sqlalchemy.exc.SADeprecationWarning")
+
+DOF = 6
+
+
+@pytest.fixture(scope="session")
+def empty_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A database with MLflow's tables: making them takes seconds, copying them does not."""
+    database = tmp_path_factory.mktemp("mlflow") / "empty.db"
+    tracking.ensure_store(database)
+    return database
+
+
+@pytest.fixture(scope="session")
+def model_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    policy = make_policy("BC_RNN", {})
+    ones = Normaliser(torch.zeros(3 + DOF), torch.ones(3 + DOF), torch.zeros(DOF), torch.ones(DOF))
+    weights = policy.initial(3 + DOF, DOF, torch.Generator().manual_seed(0))
+    folder = tmp_path_factory.mktemp("policy")
+    TrainedPolicy(policy, weights, ones, "delta", window=10, seed=0).save(folder)
+    return folder
+
+
+@pytest.fixture
+def begin(empty_store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., StudyRun]:
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    shutil.copy(empty_store, tmp_path / "mlflow.db")
+    uri = tracking.ensure_store(tmp_path / "mlflow.db")
+
+    def start(key: str = "k1") -> StudyRun:
+        return tracking.start_study(
+            uri, tmp_path / "artifacts", "quick", key, {"n_targets": 5}, {"robot": "h2017"}
+        )
+
+    return start
+
+
+@pytest.fixture
+def child(model_folder: Path) -> ChildRun:
+    return ChildRun(
+        evaluation_id="e1",
+        selector="KMeans_Hybrid",
+        budget=20,
+        policy="BC_RNN",
+        seed=0,
+        params={"training.steps": 200},
+        metrics={"success_rate": 0.95, "success_rate_ci_low": 0.88, "success_rate_ci_high": 0.98},
+        loss_curve=[(100, 0.5), (200, 0.25)],
+        pool_hash="0123456789ab",
+        selection_id="KMeans_Hybrid-k20-s0-fedcba987654",
+        n_kept=100,
+        model_folder=model_folder,
+        dof=DOF,
+        tags={"robot": "h2017"},
+    )
+
+
+def children(study: StudyRun) -> list:
+    from mlflow import MlflowClient
+
+    client = MlflowClient(study.uri)
+    return list(client.search_runs([study.experiment_id], f"tags.`mlflow.parentRunId` = '{study.run_id}'"))
+
+
+def test_a_child_run_says_what_it_is_and_what_came_out(
+    begin: Callable[..., StudyRun], child: ChildRun
+) -> None:
+    study = begin()
+    run_id = tracking.log_child(study, child)
+    (run,) = children(study)
+    assert run.info.run_id == run_id
+    assert run.info.status == "FINISHED"
+    assert run.info.run_name == "KMeans_Hybrid k=20 BC_RNN seed 0"
+    assert run.data.params == {
+        "selector": "KMeans_Hybrid", "budget": "20", "policy": "BC_RNN", "seed": "0", "training.steps": "200",
+    }  # fmt: skip
+    assert run.data.metrics == {**child.metrics, "train_loss": 0.25}
+    (data,) = run.inputs.dataset_inputs
+    assert (data.dataset.name, data.dataset.digest) == ("KMeans_Hybrid k=20", "0123456789ab-fedcba987654")
+    assert "KMeans_Hybrid-k20-s0-fedcba987654" in data.dataset.source
+
+
+def test_the_loss_curve_is_kept_step_by_step(begin: Callable[..., StudyRun], child: ChildRun) -> None:
+    from mlflow import MlflowClient
+
+    study = begin()
+    run_id = tracking.log_child(study, child)
+    history = MlflowClient(study.uri).get_metric_history(run_id, "train_loss")
+    assert [(metric.step, metric.value) for metric in history] == child.loss_curve
+
+
+def test_the_logged_model_predicts_without_unpickling_anything(
+    begin: Callable[..., StudyRun], child: ChildRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import mlflow.pyfunc
+
+    study = begin()
+    tracking.log_child(study, child)
+    (run,) = children(study)
+    (output,) = run.outputs.model_outputs
+    monkeypatch.setenv("MLFLOW_ALLOW_PICKLE_DESERIALIZATION", "false")
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", study.uri)
+    model = mlflow.pyfunc.load_model(f"models:/{output.model_id}")
+    answer = model.predict(np.zeros((4, 3 + DOF)))
+    assert answer.shape == (4, DOF)
+    assert np.isfinite(answer).all()
+
+
+def test_a_study_taken_up_again_repeats_no_child(begin: Callable[..., StudyRun], child: ChildRun) -> None:
+    first = begin()
+    tracking.log_child(first, child)
+    tracking.finish_study(first, "| selector |", {})
+    again = begin()
+    assert again.run_id == first.run_id
+    assert again.logged == {"e1"}
+    assert tracking.log_child(again, child) is None
+    tracking.log_child(again, replace(child, evaluation_id="e2", seed=1))
+    assert sorted(run.data.tags["plancurate.evaluation_id"] for run in children(again)) == ["e1", "e2"]
+
+
+def test_a_child_that_was_cut_off_is_logged_again(begin: Callable[..., StudyRun], child: ChildRun) -> None:
+    study = begin()
+    tracking.log_child(study, child)
+    (run,) = children(study)
+    from mlflow import MlflowClient
+
+    MlflowClient(study.uri).update_run(run.info.run_id, status="RUNNING")  # as kill -9 leaves it
+    again = begin()
+    assert again.logged == frozenset()
+    tracking.log_child(again, child)
+    assert [run.info.status for run in children(again)] == ["FINISHED"]
+
+
+def test_another_configuration_is_another_parent_of_one_experiment(begin: Callable[..., StudyRun]) -> None:
+    first, second = begin("k1"), begin("k2")
+    assert first.experiment_id == second.experiment_id
+    assert first.run_id != second.run_id
+
+
+def test_the_results_table_becomes_the_description(begin: Callable[..., StudyRun]) -> None:
+    from mlflow import MlflowClient
+
+    study = begin()
+    tracking.finish_study(study, "| selector | success |\n|---|---|", {"best_success_rate": 0.9})
+    client = MlflowClient(study.uri)
+    run = client.get_run(study.run_id)
+    assert run.info.status == "FINISHED"
+    assert run.data.tags["mlflow.note.content"].startswith("| selector")
+    assert "\n\n| selector" in client.get_experiment(study.experiment_id).tags["mlflow.note.content"]
+    assert run.data.metrics == {"best_success_rate": 0.9}
+
+
+def test_the_experiment_links_to_a_view_of_its_runs_whose_columns_exist(
+    begin: Callable[..., StudyRun], child: ChildRun
+) -> None:
+    from mlflow import MlflowClient
+
+    study = begin()
+    tracking.log_child(study, replace(child, metrics=dict.fromkeys(tracking.VIEW_COLUMNS["metrics"], 0.5)))
+    tracking.finish_study(study, "table", {})
+    tags = MlflowClient(study.uri).get_experiment(study.experiment_id).tags
+    (shared,) = re.findall(r"viewStateShareKey=(\w+)", tags["mlflow.note.content"])
+    view = json.loads(tags[f"mlflow.sharedViewState.{shared}"])
+    (run,) = MlflowClient(study.uri).search_runs([study.experiment_id], view["searchFilter"])
+    logged = {f"params.`{name}`" for name in run.data.params} | {
+        f"metrics.`{name}`" for name in run.data.metrics
+    }
+    assert {view["orderByKey"], *view["selectedColumns"]} <= logged
+
+
+def test_a_long_table_is_cut_between_lines_and_kept_whole_as_a_file(
+    begin: Callable[..., StudyRun], tmp_path: Path
+) -> None:
+    from mlflow import MlflowClient
+
+    study = begin()
+    table = "\n".join(f"| row {i:04d} |" for i in range(1000))
+    tracking.finish_study(study, table, {})
+    client = MlflowClient(study.uri)
+    note = client.get_run(study.run_id).data.tags["mlflow.note.content"]
+    assert len(note) <= tracking.MAX_NOTE
+    assert set(note.split("\n\n")[0].split("\n")) <= set(table.split("\n"))
+    assert Path(client.download_artifacts(study.run_id, "results.md", str(tmp_path))).read_text() == table
+
+
+def test_a_measure_that_is_missing_is_not_logged(begin: Callable[..., StudyRun], child: ChildRun) -> None:
+    study = begin()
+    tracking.log_child(study, replace(child, metrics={"success_rate": 0.0, "final_distance": math.nan}))
+    (run,) = children(study)
+    assert run.data.metrics == {"success_rate": 0.0, "train_loss": 0.25}
+
+
+def test_a_deleted_experiment_is_restored(begin: Callable[..., StudyRun]) -> None:
+    from mlflow import MlflowClient
+
+    study = begin()
+    MlflowClient(study.uri).delete_experiment(study.experiment_id)
+    assert begin("k2").experiment_id == study.experiment_id
+
+
+def test_a_server_that_does_not_answer_is_said_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", "http://127.0.0.1:9")
+    with pytest.raises(
+        PlancurateError, match=r"MLFLOW_TRACKING_URI=http://127\.0\.0\.1:9: no MLflow server answers"
+    ):
+        tracking.ensure_store(tmp_path / "mlflow.db")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_is_no_database_is_said_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    (tmp_path / "mlflow.db").write_text("not a database, but long enough to be taken for one" * 100)
+    with pytest.raises(
+        PlancurateError, match=r"mlflow\.db: not a database that this MLflow can use"
+    ) as caught:
+        tracking.ensure_store(tmp_path / "mlflow.db")
+    assert "\n" not in str(caught.value)
+
+
+def test_processes_that_start_at_once_all_get_a_store(tmp_path: Path) -> None:
+    code = "import pathlib as p; from plancurate.tasks.study import tracking as t; t.ensure_store(p.Path('mlflow.db'))"
+    command = [sys.executable, "-c", code]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    started = [subprocess.Popen(command, cwd=tmp_path, **pipes) for _ in range(2)]
+    said = [process.communicate()[0].decode() for process in started]
+    assert [process.returncode for process in started] == [0, 0], said
+    assert said == ["", ""]
