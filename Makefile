@@ -21,6 +21,7 @@ test: setup-test
 lint: setup-test
 	@$(BIN)/ruff check . && $(BIN)/ruff format --check .
 	@$(BIN)/mypy -p plancurate
+	@$(BIN)/lint-imports --no-logo
 
 bench: setup
 	@$(PIP) install -c constraints.txt -e '.[bench]'
