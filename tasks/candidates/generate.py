@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -12,17 +11,12 @@ import pyarrow as pa
 
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
-from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.plan import plan_candidate
-from plancurate.tasks.candidates.postprocess import Postprocessed, postprocess
+from plancurate.tasks.candidates.postprocess import Postprocess, postprocess
 from plancurate.tasks.candidates.rows import candidate_row
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.lake.schema import table
-
-Finish = Callable[
-    [FloatArray, FloatArray], Postprocessed
-]  # (path (w, n), target position (3,)) -> trajectory
 
 
 @dataclass(frozen=True)
@@ -46,7 +40,7 @@ def generate_candidates(
     targets: list[Target],
     planner: str,
     settings: GenerateSettings,
-    postprocess_path: Finish | None = None,
+    postprocess_path: Postprocess | None = None,
 ) -> tuple[pa.Table, StageSeconds]:
     """Plan all runs of one planner to `targets`; return a row of `trajectories` for each, failed ones too.
 
