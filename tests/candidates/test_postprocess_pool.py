@@ -8,9 +8,9 @@ from functools import partial
 import pytest
 
 from plancurate.robots import load_robot, load_scene
-from plancurate.tasks.candidates.generate import GenerateSettings, generate_candidates
-from plancurate.tasks.candidates.plan import PlanSettings
+from plancurate.tasks.candidates.generate import generate_candidates
 from plancurate.tasks.candidates.postprocess_pool import Setting, shared_pool, shared_postprocess
+from plancurate.tasks.candidates.settings import GenerateSettings, PlanSettings
 from plancurate.tasks.candidates.targets import sample_targets
 
 ROBOT = load_robot("h2017")
@@ -55,7 +55,7 @@ ORPHANS = """
 import sys, time
 from plancurate.robots import load_robot
 from plancurate.tasks.candidates.postprocess_pool import PostprocessPool, Setting
-from plancurate.tasks.candidates.generate import GenerateSettings
+from plancurate.tasks.candidates.settings import GenerateSettings
 if __name__ == "__main__":
     settings, home = GenerateSettings(), load_robot("h2017").home
     pool = PostprocessPool(workers=2)
