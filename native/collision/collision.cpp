@@ -11,17 +11,17 @@ namespace plancurate {
 
 namespace {
 
-// Asks about each eight rows of q: make(rows) builds the question, take(question, first row, rows) gets it answered.
+// Queries each eight rows of q: make(rows) builds the query, take(query, first row, rows) gets its result.
 template <class Make, class Take>
-void ask_rows(const Robot& robot, const Scene& scene, const double* q, std::size_t count, const Make& make,
-              const Take& take) {
+void query_rows(const Robot& robot, const Scene& scene, const double* q, std::size_t count, const Make& make,
+                const Take& take) {
     std::vector<Doubles> lanes(robot.dof);
     for (std::size_t row = 0; row < count; row += kLanes) {
         const int rows = static_cast<int>(std::min<std::size_t>(kLanes, count - row));
         load_rows(q + row * robot.dof, rows, robot.dof, lanes.data());
-        auto question = make(rows);
-        ask_all(robot, scene, lanes.data(), question);
-        take(question, row, rows);
+        auto query = make(rows);
+        run_query(robot, scene, lanes.data(), query);
+        take(query, row, rows);
     }
 }
 
@@ -67,9 +67,9 @@ bool is_free(const Robot& robot, const Scene& scene, const double* q) {
 }
 
 void are_free(const Robot& robot, const Scene& scene, const double* q, std::size_t count, bool* free) {
-    const auto make = [&](int rows) { return FreeQuestion{scene.margin, first(rows), false}; };
-    ask_rows(robot, scene, q, count, make, [&](const FreeQuestion& question, std::size_t row, int rows) {
-        for (int lane = 0; lane < rows; ++lane) free[row + lane] = question.open[lane] != 0;
+    const auto make = [&](int rows) { return FreeQuery{scene.margin, first_lanes(rows), false}; };
+    query_rows(robot, scene, q, count, make, [&](const FreeQuery& query, std::size_t row, int rows) {
+        for (int lane = 0; lane < rows; ++lane) free[row + lane] = query.active[lane] != 0;
     });
 }
 
@@ -91,18 +91,18 @@ bool edge_is_free(const Robot& robot, const Scene& scene, const double* q0, cons
             t[lane] = static_cast<double>(state) / std::max(steps, 1.0);
         }
         for (int i = 0; i < robot.dof; ++i) lanes[i] = (1.0 - t) * q0[i] + t * q1[i];
-        FreeQuestion question{scene.margin, first(count), true};
-        ask_all(robot, scene, lanes.data(), question);
+        FreeQuery query{scene.margin, first_lanes(count), true};
+        run_query(robot, scene, lanes.data(), query);
         state_checks += count;
-        if (question.settled()) return false;
+        if (query.done()) return false;
     }
     return true;
 }
 
 void clearances(const Robot& robot, const Scene& scene, const double* q, std::size_t count, double* distances) {
-    const auto make = [](int) { return ClearanceQuestion{}; };
-    ask_rows(robot, scene, q, count, make, [&](const ClearanceQuestion& question, std::size_t row, int rows) {
-        for (int lane = 0; lane < rows; ++lane) distances[row + lane] = question.smallest[lane];
+    const auto make = [](int) { return ClearanceQuery{}; };
+    query_rows(robot, scene, q, count, make, [&](const ClearanceQuery& query, std::size_t row, int rows) {
+        for (int lane = 0; lane < rows; ++lane) distances[row + lane] = query.smallest[lane];
     });
 }
 

@@ -1,5 +1,6 @@
-// The cores of the primitives, placed in the world: the nearest point of each to a point, and how far each
-// reaches in a direction. T is Floats for shapes that move with the lanes and float for those that do not.
+// The convex sets inside the primitives, posed in the world: the projection of a point onto each, and the support of
+// each along a direction, seen from its centre. All are symmetric about their centres, so the support along -d is the
+// same. T is Floats for sets that move with the lanes and float for those that do not.
 #pragma once
 
 #include "collision/shapes.hpp"
@@ -15,8 +16,8 @@ struct Segment {
     Vec3<T> centre, z;
     float half;
 
-    Point nearest(const Point& p) const { return z * clamp(dot(p - centre, z), half) + centre; }
-    Floats reach(const Point& d) const { return abs(dot(d, z)) * half; }
+    Point project(const Point& p) const { return z * clamp(dot(p - centre, z), half) + centre; }
+    Floats support(const Point& d) const { return abs(dot(d, z)) * half; }
 };
 
 template <class T>
@@ -24,11 +25,11 @@ struct Box {
     Vec3<T> centre, x, y, z;
     Vec3<float> half;
 
-    Point nearest(const Point& p) const {
+    Point project(const Point& p) const {
         const Point v = p - centre;
         return x * clamp(dot(v, x), half.x) + y * clamp(dot(v, y), half.y) + z * clamp(dot(v, z), half.z) + centre;
     }
-    Floats reach(const Point& d) const {
+    Floats support(const Point& d) const {
         return abs(dot(d, x)) * half.x + abs(dot(d, y)) * half.y + abs(dot(d, z)) * half.z;
     }
 };
@@ -39,22 +40,22 @@ struct Cylinder {
     Vec3<T> centre, x, y, z;
     float radius, half;
 
-    Point nearest(const Point& p) const {
+    Point project(const Point& p) const {
         const Point v = p - centre;
         const Floats along_x = dot(v, x), along_y = dot(v, y);
         const Floats off_axis = sqrt(along_x * along_x + along_y * along_y);
         const Floats pull = select(off_axis > radius, radius / off_axis, splat<float>(1));
         return x * (along_x * pull) + y * (along_y * pull) + z * clamp(dot(v, z), half) + centre;
     }
-    Floats reach(const Point& d) const {
+    Floats support(const Point& d) const {
         const Floats along_x = dot(d, x), along_y = dot(d, y);
         return sqrt(along_x * along_x + along_y * along_y) * radius + abs(dot(d, z)) * half;
     }
 };
 
-// Calls use(core) with the core of a shape that stands at a pose.
+// Calls use(set) with the convex set of a shape that stands at a pose.
 template <class T, class Use>
-void with_core(const Shape& shape, const Transform<T>& pose, const Use& use) {
+void with_convex_set(const Shape& shape, const Transform<T>& pose, const Use& use) {
     switch (shape.kind) {
         case ShapeKind::sphere:
         case ShapeKind::capsule: return use(Segment<T>{pose.t, pose.z, shape.half.z});

@@ -24,7 +24,7 @@ void for_each_block(const Robot& robot, const double* q, std::size_t count, cons
     for (std::size_t row = 0; row < count; row += kLanes) {
         const int rows = static_cast<int>(std::min<std::size_t>(kLanes, count - row));
         load_rows(q + row * robot.dof, rows, robot.dof, lanes.data());
-        place_frames(robot.joints, robot.dof, lanes.data(), frames.data());
+        forward_kinematics(robot.joints, robot.dof, lanes.data(), frames.data());
         use(frames, row, rows);
     }
 }

@@ -11,18 +11,19 @@ namespace plancurate {
 
 // The same transform in every lane.
 template <class Real>
-Transform<Lanes<Real>> spread(const Transform<Real>& f) {
+Transform<Lanes<Real>> broadcast(const Transform<Real>& f) {
     const auto all = [](const Vec3<Real>& v) { return Vec3<Lanes<Real>>{splat(v.x), splat(v.y), splat(v.z)}; };
     return {all(f.x), all(f.y), all(f.z), all(f.t)};
 }
 
 // Writes the moving frames of the first `count` joints. q holds eight configurations, one entry a joint.
 template <class Real>
-void place_frames(const std::vector<Joint<Real>>& joints, int count, const Doubles* q, Transform<Lanes<Real>>* frames) {
+void forward_kinematics(const std::vector<Joint<Real>>& joints, int count, const Doubles* q,
+                        Transform<Lanes<Real>>* frames) {
     using L = Lanes<Real>;
     for (int i = 0; i < count; ++i) {
         const Joint<Real>& joint = joints[i];
-        Transform<L> frame = i == 0 ? spread(joint.origin) : frames[i - 1] * joint.origin;
+        Transform<L> frame = i == 0 ? broadcast(joint.origin) : frames[i - 1] * joint.origin;
         if (joint.prismatic) {
             frame.t = frame.t + frame.z * convert<L>(q[i]);
         } else {

@@ -8,14 +8,15 @@
 
 namespace plancurate {
 
-// Places centres at once and axes on demand: most shapes are never near enough to anything to need theirs.
-class Placement {
+// Computes centres at once and axes on demand: most shapes are never near enough to anything to need theirs.
+class PosedShapes {
 public:
-    void place(const Robot& robot, const Doubles* q) {
+    // q holds eight configurations, one entry a joint. `robot` must outlive what is read afterwards.
+    void update(const Robot& robot, const Doubles* q) {
         robot_ = &robot;
         frames_.resize(robot.shape_joints + 1);
-        frames_[0] = spread(Transform<float>{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}});
-        place_frames(robot.collision_joints, robot.shape_joints, q, frames_.data() + 1);
+        frames_[0] = broadcast(Transform<float>{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}});
+        forward_kinematics(robot.collision_joints, robot.shape_joints, q, frames_.data() + 1);
         poses_.resize(robot.shapes.size());
         has_axes_.assign(robot.shapes.size(), false);
         for (std::size_t i = 0; i < poses_.size(); ++i)

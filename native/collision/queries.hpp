@@ -1,8 +1,8 @@
-// The two things that can be asked about eight configurations: are they free, and how clear are they?
+// The two queries about eight configurations: are they free, and what is their clearance?
 //
-// A question is shown one checked pair after another. `doubtful` picks the lanes in which a pair could matter,
-// from spheres around the bodies; `ask` looks at those lanes in full; `settled` says that no more is needed.
-// What a question does in one lane must never depend on another lane.
+// A query is given one checked pair after another. `broad_phase` picks the lanes in which a pair could matter, from
+// bounding spheres; `narrow_phase` tests those lanes in full; `done` says that no further pair can matter.
+// What a query does in one lane must never depend on another lane.
 #pragma once
 
 #include <limits>
@@ -11,72 +11,72 @@
 
 namespace plancurate {
 
-// Whether each open lane keeps its distance at every pair. A lane closes when it fails once.
-struct FreeQuestion {
-    struct Judge {
+// Whether each active lane keeps its distance at every pair. A lane that fails once is active no more.
+struct FreeQuery {
+    struct PairTest {
         float limit2;
-        Mask open;
+        Mask active;
         Mask free{};
 
-        void look(Floats distance2, Floats slab) {
-            free |= open & (slab > 0.0f) & (slab * slab > limit2 * distance2);
-            open &= ~free & (distance2 > limit2);
+        void update(Floats distance2, Floats slab) {
+            free |= active & (slab > 0.0f) & (slab * slab > limit2 * distance2);
+            active &= ~free & (distance2 > limit2);
         }
     };
 
     float margin;
-    Mask asked;
-    bool first_ends;  // one lane that fails settles the question for all
-    Mask open = asked;
+    Mask queried;
+    bool stop_at_collision;  // one lane that fails ends the query of all
+    Mask active = queried;
 
-    bool settled() const { return first_ends ? any(asked & ~open) : !any(open); }
+    bool done() const { return stop_at_collision ? any(queried & ~active) : !any(active); }
 
     // Squared distance of two points, one in each body; the bodies reach so far beyond the points, together.
-    Mask doubtful(Floats distance2, float reach) const {
+    Mask broad_phase(Floats distance2, float reach) const {
         const float limit = reach + margin;
-        return open & ~(distance2 > limit * limit);
+        return active & ~(distance2 > limit * limit);
     }
 
     template <class A, class B>
-    void ask(const A& a, const B& b, float radii, Mask lanes) {
+    void narrow_phase(const A& a, const B& b, float radii, Mask lanes) {
         const float limit = radii + margin;
-        Judge judge{limit * limit, lanes};
-        separate(a, b, judge);
-        open &= ~lanes | judge.free;
+        PairTest test{limit * limit, lanes};
+        bound_distance(a, b, test);
+        active &= ~lanes | test.free;
     }
 
-    void ask_height(Floats height, Mask lanes) { open &= ~lanes | (height > margin); }
+    void ground_test(Floats height, Mask lanes) { active &= ~lanes | (height > margin); }
 };
 
 // The smallest distance of each lane.
-struct ClearanceQuestion {
-    struct Judge {
+struct ClearanceQuery {
+    struct PairTest {
         Floats bound;
-        Mask open;
+        Mask active;
 
-        void look(Floats distance2, Floats slab) {
+        void update(Floats distance2, Floats slab) {
             constexpr float kCloseEnough = 1e-5f;
             const Floats distance = sqrt(distance2);
             const Floats width = select(distance2 > 0.0f, slab / distance, splat<float>(0));
-            bound = select(open, max(bound, width), bound);
-            open &= distance - bound > kCloseEnough;
+            bound = select(active, max(bound, width), bound);
+            active &= distance - bound > kCloseEnough;
         }
     };
 
     Floats smallest = splat<float>(std::numeric_limits<float>::infinity());
 
-    bool settled() const { return false; }
+    bool done() const { return false; }
 
-    Mask doubtful(Floats distance2, float reach) const { return ~(sqrt(distance2) - reach >= smallest); }
+    Mask broad_phase(Floats distance2, float reach) const { return ~(sqrt(distance2) - reach >= smallest); }
 
     template <class A, class B>
-    void ask(const A& a, const B& b, float radii, Mask lanes) {
-        Judge judge{splat<float>(-std::numeric_limits<float>::infinity()), lanes};
-        separate(a, b, judge);
-        smallest = select(lanes, min(smallest, judge.bound - radii), smallest);
+    void narrow_phase(const A& a, const B& b, float radii, Mask lanes) {
+        PairTest test{splat<float>(-std::numeric_limits<float>::infinity()), lanes};
+        bound_distance(a, b, test);
+        smallest = select(lanes, min(smallest, test.bound - radii), smallest);
     }
 
-    void ask_height(Floats height, Mask lanes) { smallest = select(lanes, min(smallest, height), smallest); }
+    void ground_test(Floats height, Mask lanes) { smallest = select(lanes, min(smallest, height), smallest); }
 };
 
 }  // namespace plancurate

@@ -9,92 +9,94 @@ namespace plancurate {
 
 namespace {
 
-template <class Question>
-void ask_self(const Robot& robot, Placement& placed, Question& question) {
+template <class Query>
+void check_self(const Robot& robot, PosedShapes& posed, Query& query) {
     for (const auto& pair : robot.pairs) {
         const int i = pair[0], j = pair[1];
         const Shape &a = robot.shapes[i].shape, &b = robot.shapes[j].shape;
-        const Point between = placed.centre(i) - placed.centre(j);
-        const Mask lanes = question.doubtful(dot(between, between), a.bounding + b.bounding + robot.rounding);
+        const Point between = posed.centre(i) - posed.centre(j);
+        const Mask lanes = query.broad_phase(dot(between, between), a.bounding + b.bounding + robot.rounding);
         if (!any(lanes)) continue;
-        with_core(a, placed.pose(i), [&](const auto& core_a) {
-            with_core(b, placed.pose(j), [&](const auto& core_b) {
-                question.ask(core_a, core_b, a.radius + b.radius + robot.rounding, lanes);
+        with_convex_set(a, posed.pose(i), [&](const auto& set_a) {
+            with_convex_set(b, posed.pose(j), [&](const auto& set_b) {
+                query.narrow_phase(set_a, set_b, a.radius + b.radius + robot.rounding, lanes);
             });
         });
-        if (question.settled()) return;
+        if (query.done()) return;
     }
 }
 
-// Lanes in which the spheres around a shape and an obstacle come near enough to look closer.
-template <class Question>
-Mask spheres_meet(const Shape& a, const Point& centre, const Obstacle& obstacle, float rounding, Question& question) {
+// Lanes in which the bounding spheres of a shape and an obstacle come near enough to look closer.
+template <class Query>
+Mask spheres_meet(const Shape& a, const Point& centre, const Obstacle& obstacle, float rounding, Query& query) {
     const Point between = centre - obstacle.shape.pose.t;
-    return question.doubtful(dot(between, between), a.bounding + obstacle.shape.bounding + rounding);
+    return query.broad_phase(dot(between, between), a.bounding + obstacle.shape.bounding + rounding);
 }
 
-// Looks closer in two steps: the sphere around the shape against the obstacle itself, then both themselves.
-template <class Question>
-void ask_obstacle(const Shape& a, int i, const Obstacle& obstacle, float rounding, Mask near, Placement& placed,
-                  Question& question) {
-    with_core(obstacle.shape, obstacle.shape.pose, [&](const auto& core_b) {
-        const Point between = placed.centre(i) - core_b.nearest(placed.centre(i));
+// Looks closer in two steps: the shape's bounding sphere against the obstacle itself, then both themselves.
+template <class Query>
+void check_obstacle(const Shape& a, int i, const Obstacle& obstacle, float rounding, Mask near, PosedShapes& posed,
+                    Query& query) {
+    with_convex_set(obstacle.shape, obstacle.shape.pose, [&](const auto& set_b) {
+        const Point between = posed.centre(i) - set_b.project(posed.centre(i));
         const float around = obstacle.shape.radius + rounding;
-        const Mask lanes = near & question.doubtful(dot(between, between), a.bounding + around);
+        const Mask lanes = near & query.broad_phase(dot(between, between), a.bounding + around);
         if (!any(lanes)) return;
-        with_core(a, placed.pose(i), [&](const auto& core_a) { question.ask(core_a, core_b, a.radius + around, lanes); });
+        with_convex_set(a, posed.pose(i), [&](const auto& set_a) {
+            query.narrow_phase(set_a, set_b, a.radius + around, lanes);
+        });
     });
 }
 
-template <class Question>
-void ask_scene(const Robot& robot, const Scene& scene, Placement& placed, Question& question) {
+template <class Query>
+void check_scene(const Robot& robot, const Scene& scene, PosedShapes& posed, Query& query) {
     for (const int i : robot.scene_shapes) {
         const Shape& a = robot.shapes[i].shape;
         for (const Obstacle& obstacle : scene.obstacles) {
             const float rounding = obstacle.rounding + robot.rounding;
-            const Mask near = spheres_meet(a, placed.centre(i), obstacle, rounding, question);
+            const Mask near = spheres_meet(a, posed.centre(i), obstacle, rounding, query);
             if (!any(near)) continue;
-            ask_obstacle(a, i, obstacle, rounding, near, placed, question);
-            if (question.settled()) return;
+            check_obstacle(a, i, obstacle, rounding, near, posed, query);
+            if (query.done()) return;
         }
     }
 }
 
-template <class Question>
-void ask_ground(const Robot& robot, float ground, Placement& placed, Question& question) {
+template <class Query>
+void check_ground(const Robot& robot, float ground, PosedShapes& posed, Query& query) {
     const float rounding = robot.rounding + 2 * std::numeric_limits<float>::epsilon() * std::abs(ground);
     const Point up{splat<float>(0), splat<float>(0), splat<float>(1)};
     for (const int i : robot.scene_shapes) {
         const Shape& a = robot.shapes[i].shape;
-        const Floats height = max(placed.centre(i).z - ground, splat<float>(0));
-        const Mask lanes = question.doubtful(height * height, a.bounding + rounding);
+        const Floats height = max(posed.centre(i).z - ground, splat<float>(0));
+        const Mask lanes = query.broad_phase(height * height, a.bounding + rounding);
         if (!any(lanes)) continue;
-        with_core(a, placed.pose(i), [&](const auto& core) {
-            question.ask_height(core.centre.z - core.reach(up) - (ground + a.radius + rounding), lanes);
+        with_convex_set(a, posed.pose(i), [&](const auto& set) {
+            query.ground_test(set.centre.z - set.support(up) - (ground + a.radius + rounding), lanes);
         });
-        if (question.settled()) return;
+        if (query.done()) return;
     }
 }
 
-template <class Question>
-void ask_everything(const Robot& robot, const Scene& scene, const Doubles* q, Question& question) {
-    thread_local Placement placed;  // only scratch memory, kept because allocating it would cost more than using it
-    placed.place(robot, q);
-    ask_self(robot, placed, question);
-    if (question.settled()) return;
-    if (scene.ground) ask_ground(robot, *scene.ground, placed, question);
-    if (question.settled()) return;
-    ask_scene(robot, scene, placed, question);
+template <class Query>
+void check_all_pairs(const Robot& robot, const Scene& scene, const Doubles* q, Query& query) {
+    thread_local PosedShapes posed;  // only scratch memory, kept because allocating it would cost more than using it
+    posed.update(robot, q);
+    check_self(robot, posed, query);
+    if (query.done()) return;
+    if (scene.ground) check_ground(robot, *scene.ground, posed, query);
+    if (query.done()) return;
+    check_scene(robot, scene, posed, query);
 }
 
 }  // namespace
 
-void ask_all(const Robot& robot, const Scene& scene, const Doubles* q, FreeQuestion& question) {
-    ask_everything(robot, scene, q, question);
+void run_query(const Robot& robot, const Scene& scene, const Doubles* q, FreeQuery& query) {
+    check_all_pairs(robot, scene, q, query);
 }
 
-void ask_all(const Robot& robot, const Scene& scene, const Doubles* q, ClearanceQuestion& question) {
-    ask_everything(robot, scene, q, question);
+void run_query(const Robot& robot, const Scene& scene, const Doubles* q, ClearanceQuery& query) {
+    check_all_pairs(robot, scene, q, query);
 }
 
 }  // namespace plancurate

@@ -1,4 +1,4 @@
-// Puts a question to eight configurations of a robot in a scene.
+// Runs a query on eight configurations of a robot in a scene: broad phase, then narrow phase, pair by pair.
 #pragma once
 
 #include "collision/queries.hpp"
@@ -7,8 +7,8 @@
 
 namespace plancurate {
 
-// q holds one entry a joint. Compiled once for each question, so that all callers run the very same instructions.
-void ask_all(const Robot& robot, const Scene& scene, const Doubles* q, FreeQuestion& question);
-void ask_all(const Robot& robot, const Scene& scene, const Doubles* q, ClearanceQuestion& question);
+// q holds one entry a joint. Compiled once for each query, so that all callers run the very same instructions.
+void run_query(const Robot& robot, const Scene& scene, const Doubles* q, FreeQuery& query);
+void run_query(const Robot& robot, const Scene& scene, const Doubles* q, ClearanceQuery& query);
 
 }  // namespace plancurate

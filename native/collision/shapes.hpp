@@ -1,4 +1,4 @@
-// Convex primitives. Each is a core (point, segment, box or solid cylinder) and a radius around it.
+// Convex primitives. Each is a convex set (point, segment, box or solid cylinder) swept by a sphere of some radius.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ enum class ShapeKind : int { sphere = 0, capsule = 1, cylinder = 2, box = 3 };
 struct Shape {
     ShapeKind kind;
     Transform<float> pose;  // shape -> the frame it sits on
-    Vec3<float> half;  // of the core: (0, 0, half length) of a capsule, (r, r, half length) of a cylinder
-    float radius;      // of what is put around the core: 0 for boxes and cylinders, which are exact
+    Vec3<float> half;  // of the convex set: (0, 0, half length) of a capsule, (r, r, half length) of a cylinder
+    float radius;      // of the sphere that sweeps it: 0 for boxes and cylinders
     float bounding;    // radius of the sphere about the shape's origin that holds all of it
 };
 

@@ -1,4 +1,4 @@
-// Eight numbers side by side, in the vector types of GCC and Clang: one instruction works on eight
+// SIMD lanes: eight numbers side by side, in the vector types of GCC and Clang. One instruction works on eight
 // configurations. Lanes never mix, so what a lane holds does not depend on its neighbours.
 #pragma once
 
@@ -61,7 +61,7 @@ inline bool any(Mask mask) {
 }
 
 // Lanes of the first count configurations.
-inline Mask first(int count) {
+inline Mask first_lanes(int count) {
     return Mask{0, 1, 2, 3, 4, 5, 6, 7} < count;
 }
 
