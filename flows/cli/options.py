@@ -75,4 +75,5 @@ class StudyOptions(HomeOptions):
             "workers": self.workers,
             "targets_per_task": self.targets_per_task,
         }
-        return load_config(self.preset, self.config, overrides)
+        given = {name: value for name, value in overrides.items() if value is not None}
+        return load_config(self.preset, self.config, given)
