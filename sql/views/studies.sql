@@ -7,4 +7,5 @@ FROM read_parquet(
     hive_partitioning = true,
     hive_types = {'study': VARCHAR}
 )
+WHERE is_beside_catalog()
 QUALIFY dense_rank() OVER (PARTITION BY study, study_key ORDER BY filename) = 1;
