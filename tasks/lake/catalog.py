@@ -41,7 +41,9 @@ def write_catalog(root: Path) -> Path:
     temporary = temporary_path(path)
     try:
         with duckdb.connect() as connection:
-            connection.execute("SET VARIABLE lake_folder = $1", [str(root.resolve())])  # views are tried at once
+            connection.execute(
+                "SET VARIABLE lake_folder = $1", [str(root.resolve())]
+            )  # views are tried at once
             connection.execute(
                 f"ATTACH {_quoted(str(temporary))} AS built (STORAGE_VERSION '{_STORAGE_VERSION}')"
             )

@@ -46,7 +46,9 @@ class Inspection:
     """Looks at partitions; a part is read through once, and again only when its size or time has changed."""
 
     def __init__(self) -> None:
-        self._sound: set[tuple[Path, int, int]] = set()  # path, size, time of parts that were as they should be
+        self._sound: set[tuple[Path, int, int]] = (
+            set()
+        )  # path, size, time of parts that were as they should be
 
     def settled(self, folder: Path, table: Table) -> Inventory:
         """What the folder holds, seen between two writes where it would look damaged during one."""

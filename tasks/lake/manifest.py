@@ -132,7 +132,7 @@ def _parsed(path: Path, inode: int, size: int, mtime_ns: int) -> Manifest:
             fields = json.loads(line)
             if not all(isinstance(fields[name], kind) for name, kind in _FIELDS.items()):
                 raise TypeError
-            entry = Entry(*(fields[name] for name in _FIELDS), fields.get("rows"))
+            entry = Entry(fields["file"], fields["bytes"], fields["sha256"], fields.get("rows"))
         except (ValueError, KeyError, TypeError):
             damaged.append(number)
         else:

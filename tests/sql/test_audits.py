@@ -12,8 +12,10 @@ from plancurate.robots import load_robot, load_scene
 from plancurate.sql import names
 from plancurate.tasks.curation.curate import curate
 from plancurate.tasks.curation.pool import load_pool
+from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.lake import Lake
-from plancurate.tasks.lake.audits import failed_checks
+from plancurate.tasks.lake.audits import failed_audits
+from plancurate.tasks.lake.manifest import list_files
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 
@@ -22,8 +24,11 @@ POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 def curated(small_lake: Lake) -> Lake:
     """The small lake with two selections."""
     pool = load_pool(small_lake, POOL)
-    for name in ("General", "KMeans_Hybrid"):
-        curate(small_lake, pool, name, 2, 0, robot=load_robot("h2017"), scene=load_scene("free"), metadata={})
+    for choice in (SelectorChoice(name="General"), SelectorChoice(name="KMeans_Hybrid")):
+        curate(
+            small_lake, pool, "one", choice, 2, 0,
+            robot=load_robot("h2017"), scene=load_scene("free"), metadata={},
+        )  # fmt: skip
     return small_lake
 
 
@@ -34,10 +39,11 @@ def spoil(folder: Path, column: str, value: object) -> None:
         index = rows.column_names.index(column)
         same = pa.repeat(pa.scalar(value, rows.schema.field(column).type), rows.num_rows)
         pq.write_table(rows.set_column(index, rows.schema.field(column), same), path)
+        list_files(path.parent, [part.name for part in path.parent.glob("part-*.parquet")])
 
 
 def test_a_sound_lake_passes_every_check(curated: Lake) -> None:
-    assert failed_checks(curated) == {}
+    assert failed_audits(curated) == {}
     assert len(names("audits")) >= 10
 
 
@@ -62,12 +68,27 @@ def test_each_check_finds_its_fault(
     curated: Lake, table: str, column: str, value: object, check: str
 ) -> None:
     spoil(curated.root / table / "robot=h2017", column, value)
-    assert check in failed_checks(curated)
+    assert check in failed_audits(curated)
 
 
 def test_selections_without_their_trajectories_are_found(curated: Lake) -> None:
     shutil.rmtree(curated.root / "trajectories" / "robot=h2017")
-    kept = curated.query("results/coverage", **POOL)
-    assert failed_checks(curated) == {
+    kept = curated.query("results/coverage", study="one")
+    assert failed_audits(curated) == {
         "assert_selected_trajectories_are_solved_and_verified": pc.sum(kept["kept"]).as_py()
     }
+
+
+def test_the_audits_of_a_study_look_at_nothing_of_its_neighbours(curated: Lake) -> None:
+    selections = curated.folder("selections", {**POOL, "study": "one"})
+    shutil.copytree(selections, selections.with_name("study=other"))
+    for folder in (selections, selections.with_name("study=other")):
+        for path in folder.glob("part-*.parquet"):
+            rows = pq.read_table(path, partitioning=None)
+            path.unlink()
+            curated.write("selections", {**POOL, "study": folder.name[6:]}, path.name[5:-8], rows, {})
+    spoil(selections.with_name("study=other"), "budget", 1)
+    assert failed_audits(curated, {**POOL, "study": "one"}) == {}
+    assert list(failed_audits(curated, {**POOL, "study": "other"})) == [
+        "assert_selections_keep_to_their_budget"
+    ]
