@@ -19,7 +19,7 @@ def compact(config: StudyConfig, home: str | None = None) -> None:
     study = open_study(config, Home.resolve(home))
     calls = [(reference(study), pool.pool, planner) for pool in study.pools for planner in config.planners]
     with stage("compact", len(calls), "planners") as bar:
-        run_all(config, merge, calls, in_flight=1, ended=lambda _: bar.advance())
+        run_all(merge, calls, in_flight=1, ended=lambda _: bar.advance())
 
 
 @task(

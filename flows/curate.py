@@ -24,7 +24,7 @@ def curate(config: StudyConfig, home: str | None = None) -> None:
     with stage("curate", len(wanted), "selections") as bar:
         calls = ((reference(study), selection, selection.title) for selection in wanted)
         # Side by side they would lengthen each other's selection time.
-        run_all(config, select, calls, in_flight=1, ended=lambda _: bar.advance())
+        run_all(select, calls, in_flight=1, ended=lambda _: bar.advance())
     coverage = study.lake.query("results/coverage", study=study.study).to_pylist()
     table_artifact("coverage", coverage, "What each selection keeps of the pool's targets.")
 

@@ -11,7 +11,7 @@ from plancurate.errors import IncompleteError
 from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.cli.console import console
 from plancurate.flows.progress import stage
-from plancurate.flows.task_runs import is_transient, run_all
+from plancurate.flows.task_runs import is_transient, run_all, task_runner
 from plancurate.tasks.candidates.postprocess_pool import shared_pool
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.candidates import Part, Planned, make_part, missing_parts, study_targets
@@ -63,7 +63,13 @@ def plan_all(study: StudyContext, parts: list[Part]) -> None:
         in_flight = (
             2 * config.workers if threads else config.workers
         )  # one plans while another is played back
-        run_all(config, plan, calls, in_flight, lambda planned: bar.advance(planned.runs, planned.failed))
+        run_all(
+            plan,
+            calls,
+            in_flight,
+            lambda planned: bar.advance(planned.runs, planned.failed),
+            runner=task_runner(config),
+        )
 
 
 def say_how_many_differ(study: StudyContext, pool: PoolContext) -> None:

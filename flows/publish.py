@@ -31,7 +31,7 @@ def publish(config: StudyConfig, home: str | None = None) -> None:
     with stage("track", len(networks), "runs") as bar:
         together = groups(networks)
         calls = ((ref, run, *call) for call in zip(together, titles(together), strict=True))
-        run_all(config, track, calls, in_flight=1, ended=bar.advance)
+        run_all(track, calls, in_flight=1, ended=bar.advance)
     table = write_tables(ref)
     log_report(run, study.home.reports / study.study)
     write_catalog(study.lake.root)

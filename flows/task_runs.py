@@ -39,17 +39,18 @@ def is_transient(task: object, task_run: object, state: Any) -> bool:
 
 
 def run_all(
-    config: StudyConfig,
     task: Task[..., Any],
     calls: Iterable[tuple[Any, ...]],
     in_flight: int,
     ended: Ended | None = None,
+    *,
+    runner: TaskRunner[Any] | None = None,
 ) -> list[Any]:
     """Run a task once for each call's arguments, at most `in_flight` at once; return the results in order.
 
-    The configuration says where. `ended` is told each result as it comes. Raises the first PlancurateError
-    among the task runs as it is, or IncompleteError that counts all failures: a flow that returns a value
-    counts as completed whatever became of its task runs, so this looks at each.
+    `runner` says where, in threads of this process by default. `ended` is told each result as it comes. Raises
+    the first PlancurateError among the task runs as it is, or IncompleteError that counts all failures: a flow
+    that returns a value counts as completed whatever became of its task runs, so this looks at each.
     """
     over: SimpleQueue[PrefectFuture[Any]] = SimpleQueue()
     futures: list[PrefectFuture[Any]] = []
@@ -59,11 +60,11 @@ def run_all(
         if ended and not isinstance(result, BaseException):
             ended(result)
 
-    with task_runner(config) as runner:
+    with runner or ThreadPoolTaskRunner() as where:
         for call in calls:
             if len(futures) >= in_flight:
                 wait_for_one()
-            future = runner.submit(task, get_call_parameters(task.fn, call, {}))
+            future = where.submit(task, get_call_parameters(task.fn, call, {}))
             future.add_done_callback(over.put)
             futures.append(future)
         for _ in range(min(in_flight, len(futures))):

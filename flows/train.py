@@ -6,7 +6,7 @@ from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.progress import stage
-from plancurate.flows.task_runs import run_all
+from plancurate.flows.task_runs import run_all, task_runner
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyRef, open_study, reference
@@ -30,7 +30,7 @@ def train(config: StudyConfig, home: str | None = None) -> None:
     with stage("train", len(missing), "networks") as bar:
         together = groups(missing)
         calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
-        run_all(config, train_group, calls, config.workers, bar.advance)
+        run_all(train_group, calls, config.workers, bar.advance, runner=task_runner(config))
 
 
 @task(

@@ -8,28 +8,15 @@ from dataclasses import dataclass
 from functools import partial
 
 import pyarrow as pa
-from pydantic import BaseModel, ConfigDict, Field
 
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
-from plancurate.tasks.candidates.plan import PlanSettings, plan_candidate
-from plancurate.tasks.candidates.playback import VerifySettings
+from plancurate.tasks.candidates.plan import plan_candidate
 from plancurate.tasks.candidates.postprocess import Postprocess, postprocess
 from plancurate.tasks.candidates.rows import candidate_row
-from plancurate.tasks.candidates.targets import Target, TargetSettings
-from plancurate.tasks.candidates.time_parameterisation import TimingSettings
+from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.lake.schema import table
-
-
-class GenerateSettings(BaseModel):
-    """Everything but robot and scene that decides what candidates a pool holds."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    targets: TargetSettings = Field(default_factory=TargetSettings)
-    plan: PlanSettings = Field(default_factory=PlanSettings)
-    timing: TimingSettings = Field(default_factory=TimingSettings)
-    verify: VerifySettings = Field(default_factory=VerifySettings)
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.metrics import PathMetrics, path_metrics
-from plancurate.tasks.candidates.playback import Verification, VerifySettings, verify
-from plancurate.tasks.candidates.time_parameterisation import Timed, TimingSettings, time_path
+from plancurate.tasks.candidates.playback import Verification, verify
+from plancurate.tasks.candidates.settings import TimingSettings, VerifySettings
+from plancurate.tasks.candidates.time_parameterisation import Timed, time_path
 
 
 @dataclass(frozen=True, eq=False)

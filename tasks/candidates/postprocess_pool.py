@@ -17,9 +17,9 @@ from pebble import ProcessExpired, ProcessPool
 
 from plancurate.robots import Robot, Scene, load_robot, load_scene
 from plancurate.robots.shapes import FloatArray
-from plancurate.tasks.candidates.playback import VerifySettings
 from plancurate.tasks.candidates.postprocess import Postprocess, Postprocessed, postprocess
-from plancurate.tasks.candidates.time_parameterisation import Timed, TimingSettings
+from plancurate.tasks.candidates.settings import TimingSettings, VerifySettings
+from plancurate.tasks.candidates.time_parameterisation import Timed
 
 TIMEOUT_S = 300.0  # for one trajectory, which takes a fraction of a second
 

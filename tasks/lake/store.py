@@ -115,10 +115,16 @@ class Lake:
             say(f"left out: {problem.line}")
         return rows
 
-    def connect(self, levels: Mapping[str, str] | None = None) -> duckdb.DuckDBPyConnection:
-        """An in-memory DuckDB connection with all views over the parts of now; the caller closes it."""
+    def connect(
+        self, levels: Mapping[str, str] | None = None, *, sound_only: bool = False
+    ) -> duckdb.DuckDBPyConnection:
+        """An in-memory DuckDB connection with all views over the parts of now; the caller closes it.
+
+        `sound_only` leaves damaged parts out instead of refusing them.
+        """
         parts, damage = self._inventory(TABLES, levels or {})
-        refuse(damage)
+        if not sound_only:
+            refuse(damage)
         return open_session(self.root, parts)
 
     def damage(self) -> list[Damage]:

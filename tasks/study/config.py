@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
 from pydantic import (
     BaseModel,
     BeforeValidator,
@@ -17,12 +16,14 @@ from pydantic import (
 )
 
 from plancurate import native
-from plancurate.errors import PlancurateError, UnknownNameError
-from plancurate.tasks.candidates.generate import GenerateSettings
+from plancurate.bounds import Seed
+from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
+from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.learning.policies import policy_names
 from plancurate.tasks.learning.rollouts import EvaluateSettings
 from plancurate.tasks.learning.train import TrainSettings
+from plancurate.yaml_files import merged, read_mapping
 
 PRESETS = Path(__file__).parent / "presets"
 # Further selectors take their time; the preset `paper` has them all.
@@ -31,7 +32,6 @@ BASIC_SELECTORS = (
     "KMeans_Hybrid", "DBSCAN_Hybrid", "Hierarchical_Hybrid",
 )  # fmt: skip
 Choice = Annotated[SelectorChoice, BeforeValidator(SelectorChoice.read)]
-Seed = Annotated[int, Field(ge=0, le=2**31 - 1)]
 
 
 class StudyConfig(BaseModel):
@@ -148,47 +148,26 @@ def preset_names() -> list[str]:
     return sorted(path.stem for path in PRESETS.glob("*.yaml"))
 
 
-def load_config(preset: str, file: Path | None, overrides: dict[str, Any]) -> StudyConfig:
+def load_config(preset: str, file: Path | None, options: dict[str, Any]) -> StudyConfig:
     """Build a configuration from a preset, then a YAML file, then single fields, each over the one before.
 
-    Raises PlancurateError naming the field, its value and what would be right.
+    `options` holds the fields given on the command line. Raises PlancurateError naming the field, its value and
+    what would be right.
     """
     if preset not in preset_names():
         raise UnknownNameError("preset", preset, preset_names())
-    values = read_yaml(PRESETS / f"{preset}.yaml")
-    if file is not None:
-        values = merged(values, read_yaml(file))
-    values = merged(values, {name: value for name, value in overrides.items() if value is not None})
+    written = read_mapping(file) if file else {}
+    values = merged(merged(read_mapping(PRESETS / f"{preset}.yaml"), written), options)
     try:
         return StudyConfig.model_validate(values)
     except ValidationError as error:
-        raise PlancurateError(first_problem(file or preset, error)) from None
+        field = field_of(error)
+        source = f"--{field.replace('_', '-')}" if holds(options, field) else f"{file or preset}: {field}"
+        raise PlancurateError(first_problem(source, error)) from None
 
 
-def read_yaml(file: Path) -> dict[str, Any]:
-    """Read a YAML file that holds a mapping; raises PlancurateError if it is missing or holds anything else."""
-    try:
-        values = yaml.safe_load(file.read_text())
-    except OSError as error:
-        raise PlancurateError(f"{file}: {error.strerror}; give a readable YAML file") from None
-    except yaml.YAMLError as error:
-        raise PlancurateError(f"{file}: not YAML: {' '.join(str(error).split())}") from None
-    if not isinstance(values, dict):
-        raise PlancurateError(f"{file}: holds {type(values).__name__}, a mapping of fields would be right")
-    return values
-
-
-def merged(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
-    """Return base with over's values put in, mapping by mapping."""
-    result = dict(base)
-    for name, value in over.items():
-        both = isinstance(value, dict) and isinstance(result.get(name), dict)
-        result[name] = merged(result[name], value) if both else value
-    return result
-
-
-def first_problem(source: Path | str, error: ValidationError) -> str:
-    """Say in one line what pydantic found first: source, field, value, what would be right."""
-    problem = error.errors(include_url=False)[0]
-    field = ".".join(str(part) for part in problem["loc"])
-    return f"{source}: {field} = {problem['input']!r}: {problem['msg']}"
+def holds(values: dict[str, Any], field: str) -> bool:
+    """Say whether a dotted field, or something of it, is among the values."""
+    head, _, rest = field.partition(".")
+    inner = values.get(head)
+    return holds(inner, rest) if rest and isinstance(inner, dict) else head in values

@@ -10,7 +10,8 @@ from itertools import combinations
 from plancurate import __version__, native
 from plancurate.errors import PlancurateError
 from plancurate.robots import Robot, Scene, load_robot, load_scene
-from plancurate.tasks.candidates.generate import GenerateSettings, pool_id
+from plancurate.tasks.candidates.generate import pool_id
+from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.targets import require_free_home
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home

@@ -126,7 +126,7 @@ def start_study(
     """Open the parent run of `study`, name and key, in the experiment `name`, anew or where it was left."""
     client = _client(uri)
     experiment_id = _experiment(client, uri, artifacts, name)
-    found = client.search_runs([experiment_id], f"tags.`{STUDY}` = '{study}'", max_results=1)
+    found = client.search_runs([experiment_id], f"attributes.run_name = '{study}'", max_results=1)
     if found:
         run_id = found[0].info.run_id
         client.update_run(run_id, status="RUNNING")

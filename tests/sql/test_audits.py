@@ -23,13 +23,16 @@ POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 @pytest.fixture
 def curated(small_lake: Lake) -> Lake:
     """The small lake with two selections."""
-    pool = load_pool(small_lake, POOL)
-    for choice in (SelectorChoice(name="General"), SelectorChoice(name="KMeans_Hybrid")):
-        curate(
-            small_lake, pool, "one", choice, 2, 0,
-            robot=load_robot("h2017"), scene=load_scene("free"), metadata={},
-        )  # fmt: skip
+    record_selections(small_lake, "one-1")
     return small_lake
+
+
+def record_selections(lake: Lake, study: str) -> None:
+    """Two selections of a study."""
+    pool, robot, scene = load_pool(lake, POOL), load_robot("h2017"), load_scene("free")
+    for name in ("General", "KMeans_Hybrid"):
+        choice = SelectorChoice(name=name)
+        curate(lake, pool, study, choice, 2, 0, robot=robot, scene=scene, metadata={})
 
 
 def spoil(folder: Path, column: str, value: object) -> None:
@@ -73,22 +76,16 @@ def test_each_check_finds_its_fault(
 
 def test_selections_without_their_trajectories_are_found(curated: Lake) -> None:
     shutil.rmtree(curated.root / "trajectories" / "robot=h2017")
-    kept = curated.query("results/coverage", study="one")
+    kept = curated.query("results/coverage", study="one-1")
     assert failed_audits(curated) == {
         "assert_selected_trajectories_are_solved_and_verified": pc.sum(kept["kept"]).as_py()
     }
 
 
 def test_the_audits_of_a_study_look_at_nothing_of_its_neighbours(curated: Lake) -> None:
-    selections = curated.folder("selections", {**POOL, "study": "one"})
-    shutil.copytree(selections, selections.with_name("study=other"))
-    for folder in (selections, selections.with_name("study=other")):
-        for path in folder.glob("part-*.parquet"):
-            rows = pq.read_table(path, partitioning=None)
-            path.unlink()
-            curated.write("selections", {**POOL, "study": folder.name[6:]}, path.name[5:-8], rows, {})
-    spoil(selections.with_name("study=other"), "budget", 1)
-    assert failed_audits(curated, {**POOL, "study": "one"}) == {}
-    assert list(failed_audits(curated, {**POOL, "study": "other"})) == [
+    record_selections(curated, "other-1")
+    spoil(curated.folder("selections", {**POOL, "study": "other-1"}), "budget", 1)
+    assert failed_audits(curated, {**POOL, "study": "one-1"}) == {}
+    assert list(failed_audits(curated, {**POOL, "study": "other-1"})) == [
         "assert_selections_keep_to_their_budget"
     ]
