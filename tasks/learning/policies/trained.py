@@ -14,6 +14,7 @@ from safetensors.torch import load_file, save
 from torch import Tensor
 
 from plancurate.errors import PlancurateError
+from plancurate.tasks.lake.manifest import folder_damage, list_files
 from plancurate.tasks.learning.policies.policy import Policy, make_policy
 
 Action = Literal["delta", "absolute"]
@@ -55,7 +56,7 @@ class TrainedPolicy:
         return len(self.normaliser.action_mean)
 
     def save(self, folder: Path) -> None:
-        """Write policy.safetensors and policy.json into the folder, which is made if missing."""
+        """Write policy.safetensors, policy.json and their manifest into the folder, which is made if missing."""
         folder.mkdir(parents=True, exist_ok=True)
         tensors = {f"weights.{name}": value.contiguous() for name, value in self.weights.items()}
         tensors |= {f"normaliser.{name}": value for name, value in vars(self.normaliser).items()}
@@ -72,6 +73,7 @@ class TrainedPolicy:
             diagnostics=self.diagnostics,
         )
         (folder / DESCRIPTION_FILE).write_text(description.model_dump_json(indent=1) + "\n")
+        list_files(folder, (DESCRIPTION_FILE, WEIGHTS_FILE))
 
 
 class Description(BaseModel):
@@ -97,6 +99,8 @@ def load_policy(folder: Path) -> TrainedPolicy:
             raise PlancurateError(
                 f"{folder / name}: no such file; a policy folder holds {DESCRIPTION_FILE} and {WEIGHTS_FILE}"
             )
+    if damage := folder_damage(folder):
+        raise PlancurateError(f"{damage[0]}; remove the folder and train again")
     try:
         description = Description.model_validate_json((folder / DESCRIPTION_FILE).read_text())
     except ValidationError as error:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+import random
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 import torch
 
 from plancurate.errors import PlancurateError
+from plancurate.tasks.lake.manifest import list_files
 from plancurate.tasks.learning.policies import (
     Normaliser,
     TrainedPolicy,
@@ -16,6 +18,8 @@ from plancurate.tasks.learning.policies import (
     make_policy,
     policy_names,
 )
+
+FILES = ("policy.json", "policy.safetensors")
 
 
 def trained(name: str) -> TrainedPolicy:
@@ -64,6 +68,7 @@ def test_description_that_is_wrong_names_the_file_and_field(
     trained("BC_RNN").save(tmp_path)
     file = tmp_path / "policy.json"
     file.write_text(json.dumps(json.loads(file.read_text()) | change))
+    list_files(tmp_path, FILES)
     with pytest.raises(PlancurateError, match=rf"policy.json: {next(iter(change))}: "):
         load_policy(tmp_path)
 
@@ -72,8 +77,32 @@ def test_tensors_that_are_no_tensors_or_of_other_sizes_are_refused(tmp_path: Pat
     trained("BC_RNN").save(tmp_path)
     file = tmp_path / "policy.json"
     file.write_text(file.read_text().replace('"hidden": 8', '"hidden": 9'))
+    list_files(tmp_path, FILES)
     with pytest.raises(PlancurateError, match=r"weights.gru_0.input is \(9, 24\); BC_RNN has \(9, 27\)"):
         load_policy(tmp_path)
     (tmp_path / "policy.safetensors").write_bytes(b"\x80\x04pickle")
+    list_files(tmp_path, FILES)
     with pytest.raises(PlancurateError, match=r"policy.safetensors: not a safetensors file"):
+        load_policy(tmp_path)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_changed_byte_is_refused(tmp_path: Path, name: str) -> None:
+    trained("BC_MLP").save(tmp_path)
+    whole, chance = (tmp_path / name).read_bytes(), random.Random(0)
+    for position in chance.sample(range(len(whole)), 30):
+        content = bytearray(whole)
+        content[position] ^= 1 << chance.randrange(8)
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(
+            PlancurateError, match=rf"{name}: changed since it was written.*train again"
+        ) as caught:
+            load_policy(tmp_path)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_policy_without_its_manifest_is_refused(tmp_path: Path) -> None:
+    trained("BC_MLP").save(tmp_path)
+    (tmp_path / "manifest.jsonl").unlink()
+    with pytest.raises(PlancurateError, match=r"manifest\.jsonl: no such file"):
         load_policy(tmp_path)
