@@ -42,7 +42,7 @@ OVER_WHEEL, OVER_COAL = 200, 20  # what is claimed
 STATES, PEER_STATES = 400_000, 10_000
 LIMIT_S, OPTIMIZING_S = 15.0, 2.0  # of a run of the wheel
 NATIVE_RUNS = 10
-SETTINGS = PlanSettings(simplify=False)
+SETTINGS = PlanSettings(simplification="off")
 
 
 def main() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
@@ -33,7 +34,10 @@ class PlanSettings(BaseModel):
     resolution: float = Field(
         default=0.01, gt=0, description="joint step of collision checks along edges, rad"
     )
-    simplify: bool = Field(default=True, description="shorten and smooth solutions")
+    simplification: Literal["off", "partial", "full"] = Field(
+        default="full",
+        description="how far solutions are shortened: not at all, by a drawn number of shortcuts, all the way",
+    )
     params: dict[str, dict[str, str]] = Field(
         default={}, description="a planner's parameters by OMPL's names"
     )
@@ -80,7 +84,7 @@ def plan_candidate(
             seed=seed,
             budget=budget,
             resolution=settings.resolution,
-            simplify=settings.simplify,
+            simplification=settings.simplification,
         )
     except ValueError as error:
         raise PlancurateError(f"planner {planner}: {error}") from None

@@ -24,7 +24,7 @@ def test_a_path_leads_from_home_to_the_goal_that_it_names():
 
 
 def test_a_run_repeats_exactly_and_the_next_one_differs():
-    settings = PlanSettings(simplify=False)
+    settings = PlanSettings(simplification="off")
     first, again, second = (plan_candidate(ROBOT, SCENE, TARGET, "RRT", run, settings) for run in (0, 0, 1))
     assert np.array_equal(first.result.path, again.result.path)
     assert first.seed == again.seed != second.seed
@@ -39,8 +39,8 @@ def test_a_spent_budget_is_an_outcome_not_an_error():
 
 
 def test_parameters_reach_the_planner_and_wrong_ones_are_errors():
-    bias = PlanSettings(params={"RRT": {"goal_bias": "0.9"}}, simplify=False)
-    plain = plan_candidate(ROBOT, SCENE, TARGET, "RRT", 0, PlanSettings(simplify=False))
+    bias = PlanSettings(params={"RRT": {"goal_bias": "0.9"}}, simplification="off")
+    plain = plan_candidate(ROBOT, SCENE, TARGET, "RRT", 0, PlanSettings(simplification="off"))
     biased = plan_candidate(ROBOT, SCENE, TARGET, "RRT", 0, bias)
     assert plain.result.state_checks != biased.result.state_checks
     with pytest.raises(PlancurateError, match=r"RRT.*goal_bias"):
