@@ -184,8 +184,8 @@ def plan(
             each waypoint, as a simplifier leaves it whose time ran out.
 
     Raises:
-        ValueError: unknown planner, parameter or simplification (the message lists the valid ones), a value that it does not take,
-            arrays of the wrong shape.
+        ValueError: unknown planner, parameter or simplification (the message lists the valid ones), a value that it
+            does not take, arrays of the wrong shape.
     """
 
 def simplify(

@@ -9,8 +9,9 @@ from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.metrics import PathMetrics, path_metrics
-from plancurate.tasks.candidates.playback import Verification, VerifySettings, verify
-from plancurate.tasks.candidates.time_parameterisation import Timed, TimingSettings, time_path
+from plancurate.tasks.candidates.playback import Verification, verify
+from plancurate.tasks.candidates.settings import TimingSettings, VerifySettings
+from plancurate.tasks.candidates.time_parameterisation import Timed, time_path
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +39,7 @@ def postprocess(
     timing_s = time.perf_counter() - start
     if timed.reason:
         return Postprocessed(timed, None, None, timing_s, 0.0)
-    metrics = path_metrics(robot, timed.q, timing.dt, target_position)
+    metrics = path_metrics(robot, scene, timed.q, timing.dt, target_position)
     start = time.perf_counter()
     verification = verify(robot, scene, timed.q, timing.dt, playback)
     return Postprocessed(timed, metrics, verification, timing_s, time.perf_counter() - start)

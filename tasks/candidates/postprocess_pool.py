@@ -14,11 +14,11 @@ from types import TracebackType
 import numpy as np
 from pebble import ProcessExpired, ProcessPool
 
-from plancurate.robots import load_robot, load_scene
+from plancurate.robots import load_world
 from plancurate.robots.shapes import FloatArray
-from plancurate.tasks.candidates.playback import VerifySettings
 from plancurate.tasks.candidates.postprocess import Postprocessed, postprocess
-from plancurate.tasks.candidates.time_parameterisation import Timed, TimingSettings
+from plancurate.tasks.candidates.settings import TimingSettings, VerifySettings
+from plancurate.tasks.candidates.time_parameterisation import Timed
 
 TIMEOUT_S = 300.0  # for one trajectory, which takes a fraction of a second
 
@@ -79,9 +79,7 @@ def _start(robot: str | Path, scene: str | Path, timing: TimingSettings, playbac
     """Prepare a worker process."""
     global _postprocess_here
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    _postprocess_here = partial(
-        postprocess, load_robot(robot), load_scene(scene), timing=timing, playback=playback
-    )
+    _postprocess_here = partial(postprocess, *load_world(robot, scene), timing=timing, playback=playback)
 
 
 def _end_with_parent() -> None:

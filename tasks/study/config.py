@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from plancurate import native
 from plancurate.errors import PlancurateError, UnknownNameError
-from plancurate.tasks.candidates.generate import GenerateSettings
+from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.curation.selectors.base import selector_names
 from plancurate.tasks.learning.policies import policy_names
 from plancurate.tasks.learning.rollouts import EvaluateSettings

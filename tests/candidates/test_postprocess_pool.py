@@ -8,9 +8,9 @@ from functools import partial
 import pytest
 
 from plancurate.robots import load_robot, load_scene
-from plancurate.tasks.candidates.generate import GenerateSettings, generate_candidates
-from plancurate.tasks.candidates.plan import PlanSettings
+from plancurate.tasks.candidates.generate import generate_candidates
 from plancurate.tasks.candidates.postprocess_pool import PostprocessPool
+from plancurate.tasks.candidates.settings import GenerateSettings, PlanSettings
 from plancurate.tasks.candidates.targets import sample_targets
 
 ROBOT = load_robot("h2017")

@@ -1,0 +1,141 @@
+"""Everything but robot and scene that decides what candidates a pool holds. Light: configurations import it."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from plancurate.errors import UnknownNameError
+from plancurate.tasks.candidates.sources import find_source
+
+
+class TargetSettings(BaseModel):
+    """Where targets lie and how the tool may be turned there.
+
+    A target nearer to the start than `min_distance_m` could be reached by standing still. Lengths that are left
+    out are shares of the robot's reach.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    regions: tuple[str, ...] = Field(
+        default=(), description="the scene's regions to draw from; none: all it has, or else the cube"
+    )
+    range_m: float | None = Field(
+        default=None,
+        gt=0,
+        description="edge of the cube around the start's tool position, m; null: 0.294 reach",
+    )
+    min_distance_m: float | None = Field(
+        default=None, ge=0, description="least distance to the start's tool position, m; null: 0.059 reach"
+    )
+    orientation: Literal["exact", "yaw_free", "cone", "any"] = Field(
+        default="exact",
+        description="the tool at a target: as at the start or as the scene says; turned about its own axis; that "
+        "and tilted by up to cone_deg; any way",
+    )
+    cone_deg: float = Field(default=40.0, gt=0, le=180, description="greatest tilt of a cone, degrees")
+    seed: int = Field(default=0, ge=0, description="another seed gives other targets")
+    max_tries: int = Field(default=200, gt=0, description="positions drawn for a target before giving up")
+
+
+class PlanSettings(BaseModel):
+    """How much each planner may work; counts end a run, so that a busy machine plans the same paths."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    runs: int = Field(default=3, gt=0, description="runs of each planner for each target")
+    seed: int = Field(default=0, ge=0, description="another seed gives other paths")
+    goals: Literal["all", "nearest", "pose"] = Field(
+        default="all",
+        description="a run's goal configurations: all of the target's; the one nearest to the start; its own draw "
+        "within the target's tolerance",
+    )
+    goal_draws: int = Field(
+        default=4, gt=0, description="goal configurations that a run draws, for goals=pose"
+    )
+    clearance_m: float = Field(
+        default=0.0, ge=0, description="distance kept to obstacles beyond the scene's margin, m"
+    )
+    state_checks: int = Field(
+        default=100_000, gt=0, description="collision checks of states after which a run ends"
+    )
+    polls: int = Field(
+        default=20_000, gt=0, description="questions whether to go on, ditto: some never check"
+    )
+    seconds: float = Field(
+        default=30, gt=0, description="safety net, s; runs that it ends depend on the machine"
+    )
+    resolution: float = Field(
+        default=0.01, gt=0, description="joint step of collision checks along edges, rad"
+    )
+    simplification: Literal["off", "partial", "full"] = Field(
+        default="full",
+        description="how far solutions are shortened: not at all, by a drawn number of shortcuts, all the way",
+    )
+    params: dict[str, dict[str, str]] = Field(
+        default={}, description="a planner's parameters by OMPL's names"
+    )
+
+    @field_validator("params")
+    @classmethod
+    def _known(cls, params: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
+        for planner, names in params.items():
+            known = find_source(planner).params
+            for name in names:
+                if name not in known:
+                    raise UnknownNameError(f"parameter of planner {planner}", name, known)
+        return params
+
+
+class TimingSettings(BaseModel):
+    """How a path becomes a trajectory."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    dt: float = Field(default=0.05, gt=0, description="time between two stored samples, s")
+    limit_share: float = Field(
+        default=0.95, gt=0, lt=1, description="share of velocity and acceleration limits to use"
+    )
+    dense_spacing: float = Field(
+        default=0.3, gt=0, description="distance between a dense spline's points, rad"
+    )
+    resolution: float = Field(
+        default=0.01, gt=0, description="joint step of collision checks along edges, rad"
+    )
+
+
+class VerifySettings(BaseModel):
+    """How a trajectory is played and what it must keep to."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    frequency_hz: float = Field(default=240.0, ge=100.0, description="Physics and control steps a second.")
+    position_gain: float = Field(
+        default=0.3, gt=0.0, le=1.0, description="Share of the position error undone in a step."
+    )
+    velocity_gain: float = Field(
+        default=1.0, gt=0.0, le=1.0, description="Share of the velocity error undone in a step."
+    )
+    hold_s: float = Field(default=0.25, ge=0.0, description="Seconds that the last waypoint is held.")
+    max_tracking_error_rad: float = Field(
+        default=0.02, gt=0.0, description="Largest joint error on the way, rad or m."
+    )
+    max_final_error_m: float = Field(
+        default=0.01, gt=0.0, description="Tool's distance from its goal after holding, m."
+    )
+    max_saturated_share: float = Field(
+        default=0.05, ge=0.0, le=1.0, description="Share of joints and steps at the effort limit."
+    )
+
+
+class GenerateSettings(BaseModel):
+    """All of the above."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    targets: TargetSettings = Field(default_factory=TargetSettings)
+    plan: PlanSettings = Field(default_factory=PlanSettings)
+    timing: TimingSettings = Field(default_factory=TimingSettings)
+    verify: VerifySettings = Field(default_factory=VerifySettings)
