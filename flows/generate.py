@@ -14,7 +14,14 @@ from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import is_transient, run_all, task_runner
 from plancurate.tasks.candidates.postprocess_pool import shared_pool
 from plancurate.tasks.lake.home import Home
-from plancurate.tasks.study.candidates import Part, Planned, make_part, missing_parts, study_targets
+from plancurate.tasks.study.candidates import (
+    Part,
+    Planned,
+    make_part,
+    mend_pool,
+    missing_parts,
+    study_targets,
+)
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import PoolContext, StudyContext, StudyRef, open_study, reference
 
@@ -28,6 +35,8 @@ def generate(config: StudyConfig, home: str | None = None) -> None:
     study = open_study(config, Home.resolve(home))
     study.lake.sweep()
     for pool in study.pools:
+        for line in mend_pool(study, pool):
+            console.print(f"  [yellow]made again:[/] {line}", highlight=False, soft_wrap=True)
         draw_targets(reference(study), pool.pool)
     if parts := missing_candidates(study):
         plan_all(study, parts)

@@ -8,7 +8,7 @@ from rich.table import Table
 
 from plancurate import native
 from plancurate.flows.cli.console import output
-from plancurate.robots import load_robot, load_scene, robot_names, scene_names
+from plancurate.robots import load_robot, load_world, robot_names, scene_names
 from plancurate.tasks.curation.selectors.base import find_selector, selector_names
 from plancurate.tasks.learning.policies import POLICIES, policy_names
 
@@ -27,7 +27,7 @@ def robots() -> None:
     output.print(shown)
     scenes = table("scene", "floor", "obstacles")
     for name in scene_names():
-        scene = load_scene(name)
+        scene = load_world(robot_names()[0], name)[1]
         floor = "none" if scene.ground is None else f"z = {scene.ground:g} m"
         scenes.add_row(name, floor, str(len(scene.shapes)))
     output.print(scenes)

@@ -70,6 +70,7 @@ _TRAJECTORIES = _schema(
         "duration": _REAL, "final_distance": _REAL,
         "max_tracking_error_rad": _REAL, "final_tracking_error_m": _REAL,
         "contacts": _INT, "saturated_share": _REAL, "verify_reason": _TEXT,
+        "goal": pa.list_(_REAL), "min_clearance": _REAL,
     },
 )  # fmt: skip
 
