@@ -9,6 +9,7 @@ from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.progress import Bar, stage
 from plancurate.flows.task_runs import run_all
 from plancurate.tasks.curation import curate as steps
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.pool import Pool, load_pool
 from plancurate.tasks.curation.selectors.base import find_selector
 from plancurate.tasks.curation.selectors.selection import Selection, label
@@ -50,14 +51,16 @@ def select_part(
 
 def make_selection(place: Workplace, pool: Pool, selector: str, budget: int | None) -> Selection:
     """Return one of the study's selections, made now or found in the lake."""
+    config = place.config
     return steps.curate(
         place.lake,
         pool,
         selector,
         budget,
-        place.config.selector_seed,
+        config.selector_seed,
         robot=place.robot,
         scene=place.scene,
+        learning=LearningSettings(config.training, config.evaluation, config.candidates.timing),
         metadata=place.metadata,
     )
 

@@ -16,6 +16,7 @@ from plancurate.flows.train import Network, networks
 from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.learning.policies import load_policy
+from plancurate.tasks.learning.policies.serving import ServedPolicy
 from plancurate.tasks.report import Report, build_report, markdown, write_report
 from plancurate.tasks.report.page import style_sheet
 from plancurate.tasks.study.config import StudyConfig
@@ -115,6 +116,7 @@ def child_run(place: Workplace, network: Network, row: ResultRow) -> ChildRun:
         selection_id=selection.selection_id,
         n_kept=row.n_kept,
         model_folder=network.folder,
+        model_inputs=ServedPolicy(policy).inputs,
         dof=place.robot.dof,
         tags={"robot": place.robot.name, "scene": place.scene.name},
     )

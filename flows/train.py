@@ -110,8 +110,10 @@ def selected_demonstrations(place: Workplace, pool: Pool, selection: Selection) 
     steps, weight = selection.kept["steps"].to_pylist(), selection.kept["weight"]
     return demonstrations(
         place.robot,
+        place.scene,
         selected_waypoints(place, pool, selection),
         targets,
+        place.config.training,
         steps=[kept if kept is None else np.array(kept, dtype=np.int64) for kept in steps],
         weights=None if weight.null_count == len(weight) else weight.to_numpy(),
     )

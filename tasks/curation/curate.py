@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.pool import Pool, load_waypoints
 from plancurate.tasks.curation.selectors.base import STAGES, find_selector
 from plancurate.tasks.curation.selectors.selection import (
@@ -34,16 +35,18 @@ def curate(
     *,
     robot: Robot,
     scene: Scene,
+    learning: LearningSettings,
     metadata: Mapping[str, str],
     clock: Callable[[], float] = time.perf_counter,
 ) -> Selection:
     """Return the selection, made now or found in the lake; `metadata` goes in its part's footer.
 
+    `learning` are the study's settings, for selectors that train, roll out or time.
     PlancurateError for an unknown selector, wrong parameters or a budget that the pool can't meet.
     """
     chosen = find_selector(selector)
     settings = chosen.parse(params or {}).model_dump()
-    key = selection_id(chosen, pool, checked_budget(chosen, budget), seed, settings)
+    key = selection_id(chosen, pool, checked_budget(chosen, budget), seed, settings, learning)
     partition = {**pool.partition, "selector": selector}
     if key in lake.keys("selections", partition):
         return stored_selection(lake, partition, key)
@@ -56,6 +59,7 @@ def curate(
         robot=robot,
         scene=scene,
         waypoints=lambda ids: load_waypoints(lake, pool.partition, ids),
+        learning=learning,
         clock=clock,
     )
     lake.write("selections", partition, key, selection.rows(), metadata)

@@ -14,8 +14,7 @@ from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.tasks.candidates.generate import GenerateSettings
 from plancurate.tasks.curation.selectors.base import selector_names
 from plancurate.tasks.learning.policies import policy_names
-from plancurate.tasks.learning.rollouts import EvaluateSettings
-from plancurate.tasks.learning.train import TrainSettings
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 
 PRESETS = Path(__file__).parent / "presets"
 # Further selectors take their time; the preset `paper` has them all.
