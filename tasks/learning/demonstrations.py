@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plancurate.errors import PlancurateError
+from plancurate.tasks.learning.arc import resampled, resampled_steps
 from plancurate.tasks.learning.observations import Layout, State, layout, observe, state_at
 from plancurate.tasks.learning.settings import TrainSettings
 
@@ -75,19 +76,23 @@ def demonstrations(
 ) -> Demonstrations:
     """Build demonstrations from trajectories, each (m, n), that lead to target_positions (trajectories, 3).
 
-    `settings` say what is observed. An episode has m + hold_steps steps; from the last waypoint on the action is
-    to stay. `steps` names the waypoints of each trajectory (None: all) at which a window may begin; it may begin
-    while the robot holds if it may at the last waypoint. `weights` (trajectories,) say how much more often
-    windows are drawn. Raises PlancurateError when there is nothing to learn from.
+    `settings` say what is observed, and whether trajectories are resampled by arc first. An episode has
+    m + hold_steps steps; from the last waypoint on the action is to stay. `steps` names the waypoints of each
+    trajectory (None: all) at which a window may begin; it may begin while the robot holds if it may at the last
+    waypoint. `weights` (trajectories,) say how much more often windows are drawn. Raises PlancurateError when
+    there is nothing to learn from.
     """
     if len(trajectories) == 0:
         raise PlancurateError("demonstrations: 0 trajectories were kept; a policy needs at least one")
+    starting = steps or [None] * len(trajectories)
+    if settings.demonstration_steps == "arc":
+        trajectories, starting = _by_arc(trajectories, starting, settings.arc_rad)
     held = [np.concatenate([q, np.repeat(q[-1:], hold_steps + 1, axis=0)]) for q in trajectories]
     lengths = np.array([len(q) - 1 for q in held], dtype=np.int64)
     starts = np.cumsum(lengths) - lengths
     begin = [
         np.arange(m) if kept is None else _with_hold(kept, len(q), m)
-        for m, q, kept in zip(lengths, trajectories, steps or [None] * len(trajectories), strict=True)
+        for m, q, kept in zip(lengths, trajectories, starting, strict=True)
     ]
     counts = [len(b) for b in begin]
     if not any(counts):
@@ -103,6 +108,17 @@ def demonstrations(
         window_starts=np.concatenate([start + b for start, b in zip(starts, begin, strict=True)]),
         window_weights=None if weights is None else np.repeat(weights, counts),
     )
+
+
+def _by_arc(
+    trajectories: Sequence[FloatArray], steps: Sequence[IntArray | None], step: float
+) -> tuple[list[FloatArray], list[IntArray | None]]:
+    """Trajectories resampled by arc, and the waypoints of theirs that stand for those named."""
+    moved = [
+        None if kept is None else resampled_steps(q, kept, step)
+        for q, kept in zip(trajectories, steps, strict=True)
+    ]
+    return [resampled(q, step) for q in trajectories], moved
 
 
 def _states(robot: Robot, scene: Scene, held: Sequence[FloatArray], targets: FloatArray) -> State:

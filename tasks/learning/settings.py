@@ -39,6 +39,16 @@ class TrainSettings(BaseModel):
         min_length=1,
         description="observation terms, in the order in which a policy sees them",
     )
+    demonstration_steps: Literal["time", "arc"] = Field(
+        "time",
+        description="steps of a demonstration: as sampled in time, or at equal joint steps, whatever the speed",
+    )
+    arc_rad: float = Field(
+        0.06,  # in 0.05 s no joint of the H2017 can do more
+        gt=0,
+        allow_inf_nan=False,
+        description="length of an arc step, Euclidean over all joints, rad",
+    )
     action: Action = Field(
         "delta", description="next joint angles as a difference to the present ones, or as they are"
     )
