@@ -22,8 +22,7 @@ from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import source_names
 from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.learning.policies import policy_names
-from plancurate.tasks.learning.rollouts import EvaluateSettings
-from plancurate.tasks.learning.train import TrainSettings
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.yaml_files import merged, read_mapping
 
 PRESETS = Path(__file__).parent / "presets"
