@@ -1,10 +1,9 @@
--- Studies that have trials, latest first. Grain: one configuration of a study.
+-- Studies, the last run first. Grain: study.
 SELECT
-    evaluations.study,                            -- what result queries take as $study
-    any_value(studies.study) AS name,
-    any_value(studies.created_at) AS created_at,
-    count(*) AS trials
-FROM evaluations
-LEFT JOIN studies ON evaluations.study = studies.study || '-' || studies.study_key
-GROUP BY evaluations.study
-ORDER BY created_at DESC NULLS LAST, evaluations.study;
+    study,                                        -- what result queries take as $study
+    any_value(name) AS name,
+    any_value(study_key) AS study_key,
+    max(run_at) AS run_at
+FROM studies
+GROUP BY study
+ORDER BY run_at DESC, study;

@@ -1,7 +1,19 @@
--- How a study was set up. Grain: one row.
--- $study: evaluations.study.
-SELECT study, study_key, config, robot, scene, pool, created_at, package_version, ompl_version
+-- How a study was set up. Grain: scene, pool label.
+-- $study: studies.study.
+SELECT
+    study,
+    name,
+    study_key,
+    config,                                       -- JSON
+    robot,
+    scene,
+    pool,
+    pool_label,
+    planners,
+    n_targets,
+    run_at,
+    package_version,
+    ompl_version
 FROM studies
-WHERE study || '-' || study_key = $study
-ORDER BY created_at DESC
-LIMIT 1;
+WHERE study = $study
+ORDER BY scene, pool_label;

@@ -16,8 +16,15 @@ from plancurate.tasks.lake.schema import TABLES
 CATALOG_NAME = "catalog.duckdb"
 # DuckDB 1.4 and the tools built on it still open this; 2.0's own default they can't.
 _STORAGE_VERSION = "v1.2.0"
-# In this order: waypoints reads another view.
-_QUERIES = ("views/macros", *(f"views/{name}" for name in TABLES), "views/waypoints")
+# In this order: the last ones read views before them.
+_QUERIES = (
+    "views/macros",
+    *(f"views/{name}" for name in TABLES),
+    "views/waypoints",
+    "views/study_candidates",
+    "views/study_trials",
+    "views/scene_trials",
+)
 
 
 def define_views(connection: duckdb.DuckDBPyConnection, parts: Mapping[str, Sequence[Path]]) -> None:
