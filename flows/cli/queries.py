@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import Literal
 
 import pyarrow as pa
@@ -15,10 +14,9 @@ from plancurate.flows.cli.console import console, output
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.cli.tables import as_json, report_markdown
 from plancurate.tasks.lake import Lake
-from plancurate.tasks.lake.home import Home
 from plancurate.tasks.report import build_report, write_report
 from plancurate.tasks.study.results import study_results
-from plancurate.tasks.study.studies import Study, find_study
+from plancurate.tasks.study.studies import find_study
 from plancurate.tasks.study.trial_results import Kind
 
 MOST_WIDE = 10_000  # characters
@@ -44,14 +42,9 @@ def report(
     lake = Lake(home.lake)
     results = study_results(lake, find_study(lake, study, key))
     rows = results.on(kind).networks if kind else results.headline.networks
-    page = write_report(build_report(results), report_folder(home, lake, results.study))
+    page = write_report(build_report(results), home.reports / results.study.study)
     write(as_json(rows) if format == "json" else report_markdown(rows))
     console.print(f"report {page}", highlight=False, soft_wrap=True)
-
-
-def report_folder(home: Home, lake: Lake, study: Study) -> Path:
-    """Folder of a study's report: by its name, with the key for one that is no longer the last of its name."""
-    return home.reports / (study.name if find_study(lake, study.name) == study.study else study.study)
 
 
 def sql(

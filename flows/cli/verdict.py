@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from plancurate.flows.cli.console import output
 from plancurate.flows.cli.tables import lines, matrix
-from plancurate.tasks.lake import Lake
-from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study.context import StudyContext
 from plancurate.tasks.study.results import StudyResults, study_results
 from plancurate.tasks.study.verdict import verdicts
 
 STARS = "*, **, ***: differs from General on the same test targets, p < 0.05, 0.01, 0.001 (Holm)"
 
 
-def show_results(study: str, home: Home) -> None:
-    """Print the verdict on a study (by its identifier), its table of success rates and where to look next."""
-    results = study_results(Lake(home.lake), study)
+def show_results(study: StudyContext) -> None:
+    """Print the verdict on a study, its table of success rates and where to look next."""
+    results = study_results(study.lake, study.study)
     output.print()
     for verdict in verdicts(results):
         output.print(verdict.which, style="bold", markup=False, highlight=False)
@@ -23,7 +22,7 @@ def show_results(study: str, home: Home) -> None:
     output.print()
     show_table(results)
     for what, where in (
-        ("report", f"{home.reports / results.study.name / 'index.html'}"),
+        ("report", f"{study.home.reports / study.study / 'index.html'}"),
         ("lake", 'plancurate sql "SELECT * FROM evaluations LIMIT 5"'),
         ("pages", "make serve (Prefect and MLflow on 127.0.0.1)"),
     ):

@@ -28,7 +28,8 @@ def time_table(source: Source) -> Table[TimeRow]:
         headers=(*source.headers, "n", *(stage.replace("_", " ") for stage in STAGES), "in all", "95 %",
                  "published", "n", "95 %"),
         cells=[
-            [*source.heads(row), str(row.n), *(text.seconds(getattr(row, stage)) for stage in (*STAGES, "total")),
+            [*source.heads(row), str(row.n), *(text.seconds(row.seconds[stage]) for stage in STAGES),
+             text.seconds(row.total),
              text.seconds_interval(row.interval), text.seconds(row.published),
              text.NOTHING if row.published_n is None else str(row.published_n),
              text.seconds_interval(row.published_interval)]

@@ -13,8 +13,8 @@ from plancurate import __version__, native
 from plancurate.tasks.study.comparison import flattened
 from plancurate.tasks.study.results import StudyResults
 
-LIBRARIES = ("torch", "prefect", "mlflow", "duckdb", "pyarrow", "numpy", "scipy", "scikit-learn", "statsmodels",
-             "pybullet", "toppra")  # fmt: skip
+LIBRARIES = ("torch", "prefect", "mlflow", "duckdb", "pyarrow", "numpy", "scipy", "scikit-learn", "pybullet",
+             "toppra")  # fmt: skip
 
 
 def setup(results: StudyResults) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def gains(
 
     def compare(row: SqlRow, base: SqlRow) -> tuple[float, Estimate, Test]:
         value = outcomes(row).rate - outcomes(base).rate
-        z_test = two_proportion_test(row["successes"], row["n"], base["successes"], base["n"])
+        z_test = two_proportion_test(outcomes(row), outcomes(base))
         return value, paired_difference(counts(row), counts(base)), z_test
 
     found = against_base(rows, compare, part)

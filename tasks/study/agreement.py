@@ -9,7 +9,7 @@ from scipy import stats
 from plancurate.tasks.study.against import BASELINE, SURE
 from plancurate.tasks.study.published import PublishedResult
 from plancurate.tasks.study.rows import AgreementRow, Gain, SummaryRow
-from plancurate.tasks.study.statistics import Estimate, effect_difference, rate_difference
+from plancurate.tasks.study.statistics import Estimate, effect_difference, two_proportion_test
 
 
 def agreement_rows(
@@ -26,18 +26,19 @@ def agreement_rows(
 def _agreement_row(
     row: SummaryRow, gain: Gain, known: PublishedResult, known_base: PublishedResult
 ) -> AgreementRow:
-    theirs = rate_difference(known.success, known_base.success)
+    published_gain = known.success.rate - known_base.success.rate
+    published_p = two_proportion_test(known.success, known_base.success).p
     apart = effect_difference(Estimate(gain.value, gain.error), known.success, known_base.success)
     return AgreementRow(
         *row.cell,
         gain=gain.value,
         interval=gain.interval,
         p=gain.p,
-        published_gain=theirs.value,
-        published_p=theirs.test.p,
+        published_gain=published_gain,
+        published_p=published_p,
         difference=apart.value,
         difference_interval=apart.interval(2.0),
-        verdict=verdict(effect(gain.value, gain.p), effect(theirs.value, theirs.test.p), apart),
+        verdict=verdict(effect(gain.value, gain.p), effect(published_gain, published_p), apart),
     )
 
 

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.lake import Lake
-from plancurate.tasks.study.rows import BelowRandomRow, CoverageRow, PlannerRow, PoolRow, TimeRow
+from plancurate.tasks.study.pools import study_pools
+from plancurate.tasks.study.rows import BelowRandomRow, CoverageRow, PlannerRow, PoolRow, ResultRow, TimeRow
 from plancurate.tasks.study.selection_results import (
     below_random_rows,
     coverage_rows,
     planner_rows,
-    pool_rows,
     time_rows,
 )
 from plancurate.tasks.study.studies import Study, recorded_study
-from plancurate.tasks.study.trial_results import Kind, KindResults, in_order, kind_results
+from plancurate.tasks.study.trial_results import Kind, KindResults, in_order, kind_results, network_rows
 
 KINDS: tuple[Kind, ...] = ("unseen", "displaced")  # the more telling one first
 
@@ -58,15 +58,15 @@ def study_results(lake: Lake, study: str) -> StudyResults:
     if not tests:
         raise PlancurateError(f"study {study}: nothing is tested yet; run the study to its end")
     summaries = next(iter(tests.values())).summaries
-    times, coverage, planners, equal, (seconds,) = (
+    times, coverage, planners, (seconds,) = (
         lake.query(f"results/{name}", study=study).to_pylist()
-        for name in ("selection_times", "coverage", "planners_kept", "equal_candidates", "seconds")
+        for name in ("selection_times", "coverage", "planners_kept", "seconds")
     )
     covered = in_order(coverage_rows(coverage), summaries)
     return StudyResults(
         study=record,
         tests=tests,
-        pools=pool_rows(equal),
+        pools=study_pools(lake, study),
         times=in_order(time_rows(times), summaries),
         coverage=covered,
         planners=in_order(planner_rows(planners), summaries),
@@ -74,3 +74,9 @@ def study_results(lake: Lake, study: str) -> StudyResults:
         pool_hashes=sorted({row["pool_hash"] for row in times}),
         seconds={stage: found or 0.0 for stage, found in seconds.items()},
     )
+
+
+def headline_networks(lake: Lake, study: str) -> list[ResultRow]:
+    """Result rows of a study's networks on the kind of test for headlines, without anything that takes time."""
+    rows = (network_rows(lake, study, kind) for kind in KINDS)
+    return next(filter(None, rows), [])

@@ -6,6 +6,7 @@ has one). Where the publication has a number for the same thing, `published` hol
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
@@ -193,12 +194,8 @@ class TimeRow(Row):
     """How long a selection took, by stage and in all: means over selection seeds."""
 
     n: int
-    prepare: float
-    base_policy: float
-    rollouts: float
-    cluster: float
-    score: float
-    select: float
+    seconds: Mapping[str, float]
+    """By stage."""
     total: float
     interval: Interval | None
     """Student's; None for a single selection."""

@@ -17,7 +17,6 @@ from plancurate.tasks.study.rows import (
     Cell,
     CoverageRow,
     PlannerRow,
-    PoolRow,
     SummaryRow,
     TimeRow,
 )
@@ -25,7 +24,6 @@ from plancurate.tasks.study.rows import (
 CONTROL = "Random"
 PUBLISHED_ELSEWHERE = ("BehaviorRetrieval", "SCIZOR", "CUPID")
 """Selectors of other publications, whose results below Random ask for an explanation."""
-DEGENERATE = 1 / 3
 
 
 def time_rows(rows: Sequence[SqlRow]) -> list[TimeRow]:
@@ -41,8 +39,8 @@ def _time_row(key: Cell, rows: Sequence[SqlRow]) -> TimeRow:
     known = published_results().get(key.selector)
     return TimeRow(
         *key,
-        len(rows),
-        *(fmean(row[f"{stage}_s"] for row in rows) for stage in STAGES),
+        n=len(rows),
+        seconds={stage: fmean(row[f"{stage}_s"] for row in rows) for stage in STAGES},
         total=total.mean,
         interval=mean_interval(total) if len(rows) > 1 else None,
         published=known.selection_time_s if known else None,
@@ -59,19 +57,6 @@ def coverage_rows(rows: Sequence[SqlRow]) -> list[CoverageRow]:
 def planner_rows(rows: Sequence[SqlRow]) -> list[PlannerRow]:
     """Whose trajectories each selection keeps."""
     return [PlannerRow(**row) for row in rows]
-
-
-def pool_rows(rows: Sequence[SqlRow]) -> list[PoolRow]:
-    """How many of each pool's candidates differ, from counts for each target."""
-    by_pool: dict[tuple[str, str], list[SqlRow]] = defaultdict(list)
-    for row in rows:
-        by_pool[row["scene"], row["pool_label"]].append(row)
-    return [_pool_row(*key, own) for key, own in by_pool.items()]
-
-
-def _pool_row(scene: str, pool_label: str, rows: Sequence[SqlRow]) -> PoolRow:
-    candidates, distinct = (sum(row[name] for row in rows) for name in ("candidates", "distinct_candidates"))
-    return PoolRow(scene, pool_label, len(rows), candidates, distinct, distinct < DEGENERATE * candidates)
 
 
 def below_random_rows(

@@ -1,14 +1,13 @@
-"""Intervals and tests of success rates, by statsmodels and scipy; those of means are in `means`."""
+"""Intervals and tests of success rates; those of means are in `means`, those over drawn seeds in `bootstrap`."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
-from scipy import stats
-from statsmodels.stats.proportion import confint_proportions_2indep, proportion_confint, proportions_ztest
 
 CONFIDENCE = 0.95
 
@@ -65,48 +64,41 @@ class Estimate:
 
     def interval(self, limit: float, confidence: float = CONFIDENCE) -> Interval:
         """The interval of the value, cut off at -limit and limit."""
-        half = float(stats.norm.ppf((1 + confidence) / 2)) * self.error
+        half = quantile(confidence) * self.error
         return Interval(max(self.value - half, -limit), min(self.value + half, limit))
 
     @property
     def test(self) -> Test:
         """The z-test against 0."""
         z = self.value / self.error
-        return Test(z, float(2 * stats.norm.sf(abs(z))))
-
-
-@dataclass(frozen=True)
-class Difference:
-    """A difference of rates (1 is 100 percentage points) with its interval and the test against 0."""
-
-    value: float
-    interval: Interval
-    test: Test
+        return Test(z, math.erfc(abs(z) / math.sqrt(2)))
 
 
 def wilson_interval(successes: int, n: int, confidence: float = CONFIDENCE) -> Interval:
     """Wilson's interval of a success rate; ValueError without trials."""
     if n < 1:
         raise ValueError("an interval needs at least one trial")
-    low, high = proportion_confint(successes, n, alpha=1 - confidence, method="wilson")
-    return Interval(float(low), float(high))
+    z, rate = quantile(confidence), successes / n
+    middle = (rate + z**2 / (2 * n)) / (1 + z**2 / n)
+    half = z / (1 + z**2 / n) * math.sqrt(rate * (1 - rate) / n + z**2 / (4 * n**2))
+    # At 0 and n successes an end is the rate itself, but for rounding.
+    return Interval(middle - half if successes else 0.0, middle + half if successes < n else 1.0)
 
 
-def two_proportion_test(successes: int, n: int, base_successes: int, base_n: int) -> Test:
+def two_proportion_test(outcomes: Outcomes, base: Outcomes) -> Test:
     """z-test (pooled variance) of a success rate against a base rate; z > 0: higher than the base."""
-    if successes * base_n == base_successes * n:  # equal rates; with all or none successful, z would be 0/0
+    if (
+        outcomes.successes * base.n == base.successes * outcomes.n
+    ):  # with all or none successful, z would be 0/0
         return Test(0.0, 1.0)
-    z, p = proportions_ztest([successes, base_successes], [n, base_n])
-    return Test(float(z), float(p))
+    pooled = (outcomes.successes + base.successes) / (outcomes.n + base.n)
+    error = math.sqrt(pooled * (1 - pooled) * (1 / outcomes.n + 1 / base.n))
+    return Estimate(outcomes.rate - base.rate, error).test
 
 
-def rate_difference(outcomes: Outcomes, base: Outcomes, confidence: float = CONFIDENCE) -> Difference:
-    """Success rate less a base rate: Newcombe's hybrid score interval (1998), pooled z-test."""
-    low, high = confint_proportions_2indep(
-        outcomes.successes, outcomes.n, base.successes, base.n, method="newcomb", alpha=1 - confidence
-    )
-    test = two_proportion_test(outcomes.successes, outcomes.n, base.successes, base.n)
-    return Difference(outcomes.rate - base.rate, Interval(float(low), float(high)), test)
+def quantile(confidence: float) -> float:
+    """How many standard errors a two-sided normal interval reaches to either side."""
+    return NormalDist().inv_cdf((1 + confidence) / 2)
 
 
 def effect_difference(gain: Estimate, published: Outcomes, published_base: Outcomes) -> Estimate:
@@ -123,7 +115,6 @@ def holm(p_values: Sequence[float]) -> list[float]:
     """Holm-adjusted p values of one family of tests, in the order given; ValueError outside [0, 1]."""
     if not all(0 <= p <= 1 for p in p_values):
         raise ValueError("p values lie between 0 and 1")
-    # statsmodels' multipletests gives the same, but collects garbage at every call: tenths of a second.
     p = np.asarray(p_values, dtype=np.float64)
     order = np.argsort(p, kind="stable")
     adjusted = np.empty_like(p)

@@ -63,13 +63,18 @@ def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
     distances = distance_rows(rows("by_distance"), at_distance, published)
     return KindResults(
         kind=kind,
-        networks=in_order([result_row(row) for row in rows("networks")], summaries),
+        networks=in_order(network_rows(lake, study, kind), summaries),
         summaries=summaries,
         policies=in_order(policy_rows(rows("by_policy"), drawn, published), summaries),
         distances=in_order(distances, summaries),
         quality=in_order(quality_rows(rows("quality"), published), summaries),
         agreement=agreement_rows(summaries, published),
     )
+
+
+def network_rows(lake: Lake, study: str, kind: Kind) -> list[ResultRow]:
+    """One row for each network of a study."""
+    return [result_row(row) for row in lake.query("results/networks", study=study, kind=kind).to_pylist()]
 
 
 def result_row(row: SqlRow) -> ResultRow:

@@ -10,7 +10,7 @@ import torch
 from pydantic import BaseModel, ConfigDict, ValidationError
 from torch import Tensor
 
-from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 
 Weights = Mapping[str, Tensor]
 """Parameters by name; in a stack of S networks each tensor has a leading dimension S."""
@@ -26,6 +26,8 @@ class Policy(BaseModel, ABC):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: ClassVar[str]
+    revision: ClassVar[int] = 1
+    """Raised by the policy's author when it learns or acts otherwise than before."""
     recurrent: ClassVar[bool]
     """Whether it learns from windows and remembers the steps before."""
     robomimic: ClassVar[Mapping[str, Any]]
@@ -93,6 +95,4 @@ def make_policy(name: str, settings: Mapping[str, Any]) -> Policy:
     try:
         return cls(**settings)
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"])
-        raise PlancurateError(f"policies.{name}.{field}: {first['input']!r}: {first['msg']}") from None
+        raise PlancurateError(first_problem(f"policies.{name}.{field_of(error)}", error)) from None
