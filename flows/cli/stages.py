@@ -14,7 +14,7 @@ from plancurate.tasks.study.context import StudyContext, open_study
 def study(options: StudyOptions = StudyOptions()) -> None:
     """Plan, curate, train, evaluate and report: the whole way, from where an earlier run stopped."""
     done = run("study", options)
-    # Imported late: statsmodels would hold up the start by a second.
+    # Imported late: what results are computed with would hold up the start.
     from plancurate.flows.cli.verdict import show_results
 
     show_results(done)

@@ -11,7 +11,7 @@ import torch
 from pydantic import BaseModel, ConfigDict, ValidationError
 from torch import Tensor
 
-from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 from plancurate.registry import discover
 
 ENTRY_POINTS = "plancurate.policies"
@@ -103,9 +103,7 @@ def make_policy(name: str, settings: Mapping[str, Any]) -> Policy:
     try:
         return cls(**settings)
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"])
-        raise PlancurateError(f"policies.{name}.{field}: {first['input']!r}: {first['msg']}") from None
+        raise PlancurateError(first_problem(f"policies.{name}.{field_of(error)}", error)) from None
 
 
 @cache

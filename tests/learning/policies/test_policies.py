@@ -38,7 +38,7 @@ def test_unknown_policy_and_setting_name_the_nearest() -> None:
 
 
 def test_value_out_of_range_names_policy_field_and_value() -> None:
-    with pytest.raises(PlancurateError, match=r"policies.BC_RNN_Dropout.dropout: 1.5"):
+    with pytest.raises(PlancurateError, match=r"policies.BC_RNN_Dropout.dropout = 1.5"):
         make_policy("BC_RNN_Dropout", {"dropout": 1.5})
 
 
