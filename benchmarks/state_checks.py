@@ -24,8 +24,9 @@ from pebble import ProcessExpired, ProcessPool
 
 from plancurate import native
 from plancurate.robots import Robot, Scene, load_robot, load_scene
-from plancurate.tasks.candidates.plan import PlanSettings, plan_candidate
-from plancurate.tasks.candidates.targets import Target, TargetSettings, sample_targets
+from plancurate.tasks.candidates.plan import plan_candidate
+from plancurate.tasks.candidates.settings import PlanSettings, TargetSettings
+from plancurate.tasks.candidates.targets import Target, sample_targets
 
 try:
     from peers.checks import BulletChecks, BulletPairChecks, CoalChecks

@@ -73,8 +73,9 @@ def library(name: str) -> str:
 def planning() -> str:
     """Plan once, for real."""
     from plancurate.robots import load_robot, load_scene
-    from plancurate.tasks.candidates.plan import PlanSettings, plan_candidate
-    from plancurate.tasks.candidates.targets import TargetSettings, sample_targets
+    from plancurate.tasks.candidates.plan import plan_candidate
+    from plancurate.tasks.candidates.settings import PlanSettings, TargetSettings
+    from plancurate.tasks.candidates.targets import sample_targets
 
     robot, scene = load_robot("h2017"), load_scene("free")
     target = sample_targets(robot, scene, TargetSettings(), 0, 1)[0]

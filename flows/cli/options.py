@@ -41,7 +41,7 @@ class StudyOptions(HomeOptions):
     """Name of the study; the preset's by default."""
     robot: str | None = None
     """A registered robot, or a folder with robot.yaml and a URDF."""
-    scene: str | None = None
+    scenes: Names = None
     """A registered scene, or a YAML file."""
     targets: int | None = None
     """Number of training targets."""
@@ -65,7 +65,7 @@ class StudyOptions(HomeOptions):
         overrides = {
             "name": self.name,
             "robot": self.robot,
-            "scene": self.scene,
+            "scenes": self.scenes,
             "n_targets": self.targets,
             "planners": self.planners,
             "selectors": self.selectors,

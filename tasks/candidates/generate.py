@@ -4,38 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import pyarrow as pa
-from pydantic import BaseModel, ConfigDict, Field
 
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
-from plancurate.robots.shapes import FloatArray
-from plancurate.tasks.candidates.plan import PlanSettings, plan_candidate
-from plancurate.tasks.candidates.playback import VerifySettings
-from plancurate.tasks.candidates.postprocess import Postprocessed, postprocess
+from plancurate.tasks.candidates.plan import plan_candidate
+from plancurate.tasks.candidates.postprocess import Postprocess, postprocess
 from plancurate.tasks.candidates.rows import candidate_row
-from plancurate.tasks.candidates.targets import Target, TargetSettings
-from plancurate.tasks.candidates.time_parameterisation import TimingSettings
+from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.lake.schema import table
-
-Finish = Callable[
-    [FloatArray, FloatArray], Postprocessed
-]  # (path (w, n), target position (3,)) -> trajectory
-
-
-class GenerateSettings(BaseModel):
-    """Everything but robot and scene that decides what candidates a pool holds."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    targets: TargetSettings = Field(default_factory=TargetSettings)
-    plan: PlanSettings = Field(default_factory=PlanSettings)
-    timing: TimingSettings = Field(default_factory=TimingSettings)
-    verify: VerifySettings = Field(default_factory=VerifySettings)
 
 
 @dataclass(frozen=True)
@@ -59,7 +40,7 @@ def generate_candidates(
     targets: list[Target],
     planner: str,
     settings: GenerateSettings,
-    postprocess_path: Finish | None = None,
+    postprocess_path: Postprocess | None = None,
 ) -> tuple[pa.Table, StageSeconds]:
     """Plan all runs of one planner to `targets`; return a row of `trajectories` for each, failed ones too.
 

@@ -5,50 +5,12 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
-
 from plancurate import native
-from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.errors import PlancurateError
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
+from plancurate.tasks.candidates.settings import PlanSettings
 from plancurate.tasks.candidates.targets import Target
-
-
-class PlanSettings(BaseModel):
-    """How much each planner may work; counts end a run, so that a busy machine plans the same paths."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    runs: int = Field(default=3, gt=0, description="runs of each planner for each target")
-    seed: int = Field(default=0, ge=0, description="another seed gives other paths")
-    state_checks: int = Field(
-        default=100_000, gt=0, description="collision checks of states after which a run ends"
-    )
-    polls: int = Field(
-        default=20_000, gt=0, description="questions whether to go on, ditto: some never check"
-    )
-    seconds: float = Field(
-        default=30, gt=0, description="safety net, s; runs that it ends depend on the machine"
-    )
-    resolution: float = Field(
-        default=0.01, gt=0, description="joint step of collision checks along edges, rad"
-    )
-    simplify: bool = Field(default=True, description="shorten and smooth solutions")
-    params: dict[str, dict[str, str]] = Field(
-        default={}, description="a planner's parameters by OMPL's names"
-    )
-
-    @field_validator("params")
-    @classmethod
-    def _known(cls, params: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
-        infos = {info.name: info for info in native.planners()}
-        for planner, names in params.items():
-            if planner not in infos:
-                raise UnknownNameError("planner", planner, infos)
-            for name in names:
-                if name not in infos[planner].params:
-                    raise UnknownNameError(f"parameter of planner {planner}", name, infos[planner].params)
-        return params
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,39 +6,15 @@ import threading
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
 from scipy.interpolate import CubicHermiteSpline
 
 from plancurate import native
 from plancurate.robots import Robot, Scene
 from plancurate.robots.shapes import FloatArray
+from plancurate.tasks.candidates.settings import VerifySettings
 from plancurate.tasks.candidates.simulation import Contact, Drives, World
 
 FULL_EFFORT = 0.999  # of a joint's effort limit; at or above it counts as saturated
-
-
-class VerifySettings(BaseModel):
-    """How a trajectory is played and what it must keep to."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    frequency_hz: float = Field(default=240.0, ge=100.0, description="Physics and control steps a second.")
-    position_gain: float = Field(
-        default=0.3, gt=0.0, le=1.0, description="Share of the position error undone in a step."
-    )
-    velocity_gain: float = Field(
-        default=1.0, gt=0.0, le=1.0, description="Share of the velocity error undone in a step."
-    )
-    hold_s: float = Field(default=0.25, ge=0.0, description="Seconds that the last waypoint is held.")
-    max_tracking_error_rad: float = Field(
-        default=0.02, gt=0.0, description="Largest joint error on the way, rad or m."
-    )
-    max_final_error_m: float = Field(
-        default=0.01, gt=0.0, description="Tool's distance from its goal after holding, m."
-    )
-    max_saturated_share: float = Field(
-        default=0.05, ge=0.0, le=1.0, description="Share of joints and steps at the effort limit."
-    )
 
 
 @dataclass(frozen=True)

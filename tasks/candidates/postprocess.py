@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.metrics import PathMetrics, path_metrics
-from plancurate.tasks.candidates.playback import Verification, VerifySettings, verify
-from plancurate.tasks.candidates.time_parameterisation import Timed, TimingSettings, time_path
+from plancurate.tasks.candidates.playback import Verification, verify
+from plancurate.tasks.candidates.settings import TimingSettings, VerifySettings
+from plancurate.tasks.candidates.time_parameterisation import Timed, time_path
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +24,10 @@ class Postprocessed:
     verification: Verification | None
     timing_s: float
     verify_s: float
+
+
+Postprocess = Callable[[FloatArray, FloatArray], Postprocessed]
+"""(path (w, n), target position (3,)) -> trajectory."""
 
 
 def postprocess(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
 
 from plancurate import native
 from plancurate.errors import PlancurateError
@@ -13,19 +12,7 @@ from plancurate.robots import colliding_pairs, solve_ik
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
-
-
-class TargetSettings(BaseModel):
-    """Where targets lie. One nearer to the start than `min_distance_m` could be reached by standing still."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    range_m: float = Field(default=0.5, gt=0, description="edge of the cube around the home tool position, m")
-    min_distance_m: float = Field(
-        default=0.1, ge=0, description="least distance to the home tool position, m"
-    )
-    seed: int = Field(default=0, ge=0, description="another seed gives other targets")
-    max_tries: int = Field(default=200, gt=0, description="positions drawn for a target before giving up")
+from plancurate.tasks.candidates.settings import TargetSettings
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,33 +16,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
 
 from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.motions import Pace, spline_samples, stopping_samples, subdivided
+from plancurate.tasks.candidates.settings import TimingSettings
 
 POSITION_TOLERANCE = 1e-6  # rad (m): what rounding to float32 may add to a joint at its limit
 SHORTEST_SEGMENT = 1e-4  # rad: nearer waypoints are one; a spline between them would turn on the spot
-
-
-class TimingSettings(BaseModel):
-    """How a path becomes a trajectory."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    dt: float = Field(default=0.05, gt=0, description="time between two stored samples, s")
-    limit_share: float = Field(
-        default=0.95, gt=0, lt=1, description="share of velocity and acceleration limits to use"
-    )
-    dense_spacing: float = Field(
-        default=0.3, gt=0, description="distance between a dense spline's points, rad"
-    )
-    resolution: float = Field(
-        default=0.01, gt=0, description="joint step of collision checks along edges, rad"
-    )
 
 
 @dataclass(frozen=True, eq=False)

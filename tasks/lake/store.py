@@ -66,6 +66,14 @@ class Lake:
             found.update(part_keys(path, table(name)))
         return found
 
+    def locate(self, name: str, levels: Mapping[str, str], key: str) -> dict[str, str] | None:
+        """Return the first partition matching these levels that has the part `key`, None without one."""
+        kind = table(name)
+        chosen = [f"{level}={glob.escape(levels.get(level, '')) or '*'}" for level in kind.partition]
+        for path in sorted((self.root / name).glob("/".join([*chosen, part_path(Path(), key).name]))):
+            return dict(part.split("=", 1) for part in path.parent.relative_to(self.root / name).parts)
+        return None
+
     def read(self, name: str, partition: Mapping[str, str]) -> pa.Table:
         """All rows of the partitions that match any subset of levels; the partition's columns come first."""
         kind = table(name)

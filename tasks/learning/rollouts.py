@@ -20,6 +20,9 @@ from plancurate.tasks.learning.test_targets import TargetsUnderTest
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
+REVISION = 1
+"""Raise it when test targets or rollouts come out otherwise than before: the ids of evaluations hold it."""
+
 
 class EvaluateSettings(BaseModel):
     """How a rollout is run and judged."""

@@ -18,6 +18,8 @@ from plancurate.tasks.learning.policies.policy import Policy, kind_of, make_poli
 from plancurate.tasks.learning.policies.stack import Adam, ParameterStack
 from plancurate.tasks.learning.policies.trained import Action, TrainedPolicy
 
+REVISION = 1
+"""Raise it when training gives other networks than before: their ids hold it."""
 LOG_ENTRIES = 50
 """Entries of a loss curve."""
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 NOTE = "mlflow.note.content"
 PARENT = "mlflow.parentRunId"
-STUDY_KEY = "plancurate.study_key"
+STUDY = "plancurate.study"  # the same identifier as in the lake
 EVALUATION = "plancurate.evaluation_id"
 VIEW = "mlflow.sharedViewState.results"  # a saved view of the page of runs, opened by a link to its name
 VIEW_LINK = "#/experiments/{}/runs?viewStateShareKey=results&workflowType=machine_learning"
@@ -58,6 +58,7 @@ class StudyRun:
     uri: str
     experiment_id: str
     run_id: str
+    study: str
     logged: frozenset[str]
 
 
@@ -115,19 +116,19 @@ def ensure_store(database: Path) -> str:
 
 
 def start_study(
-    uri: str, artifacts: Path, name: str, key: str, params: Mapping[str, object], tags: Mapping[str, str]
+    uri: str, artifacts: Path, name: str, study: str, params: Mapping[str, object], tags: Mapping[str, str]
 ) -> StudyRun:
-    """Open the parent run of the study `name` with this configuration's `key`, anew or where it was left."""
+    """Open the parent run of `study`, name and key, in the experiment `name`, anew or where it was left."""
     client = _client(uri)
     experiment_id = _experiment(client, uri, artifacts, name)
-    found = client.search_runs([experiment_id], f"tags.`{STUDY_KEY}` = '{key}'", max_results=1)
+    found = client.search_runs([experiment_id], f"attributes.run_name = '{study}'", max_results=1)
     if found:
         run_id = found[0].info.run_id
         client.update_run(run_id, status="RUNNING")
-        return StudyRun(uri, experiment_id, run_id, _logged(client, experiment_id, run_id))
-    run = client.create_run(experiment_id, run_name=f"{name} {key}", tags={**tags, STUDY_KEY: key})
+        return StudyRun(uri, experiment_id, run_id, study, _logged(client, experiment_id, run_id))
+    run = client.create_run(experiment_id, run_name=study, tags={**tags, STUDY: study})
     client.log_batch(run.info.run_id, params=_params(params))
-    return StudyRun(uri, experiment_id, run.info.run_id, frozenset())
+    return StudyRun(uri, experiment_id, run.info.run_id, study, frozenset())
 
 
 def log_child(study: StudyRun, child: ChildRun) -> str | None:
@@ -144,6 +145,7 @@ def log_child(study: StudyRun, child: ChildRun) -> str | None:
     tags = {
         **child.tags,
         PARENT: study.run_id,
+        STUDY: study.study,
         EVALUATION: child.evaluation_id,
         "plancurate.pool_hash": child.pool_hash,
         "plancurate.selection_id": child.selection_id,

@@ -6,10 +6,10 @@ import pytest
 
 from plancurate import native
 from plancurate.robots import load_robot, load_scene
-from plancurate.tasks.candidates.generate import GenerateSettings, generate_candidates, pool_id
+from plancurate.tasks.candidates.generate import generate_candidates, pool_id
 from plancurate.tasks.candidates.metrics import joint_movement
-from plancurate.tasks.candidates.plan import PlanSettings
-from plancurate.tasks.candidates.targets import TargetSettings, sample_targets
+from plancurate.tasks.candidates.settings import GenerateSettings, PlanSettings, TargetSettings
+from plancurate.tasks.candidates.targets import sample_targets
 from plancurate.tasks.lake.schema import table
 
 ROBOT = load_robot("h2017")

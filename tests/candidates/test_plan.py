@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots import load_robot, load_scene
-from plancurate.tasks.candidates.plan import PlanSettings, plan_candidate, seed_of
-from plancurate.tasks.candidates.targets import TargetSettings, sample_targets
+from plancurate.tasks.candidates.plan import plan_candidate, seed_of
+from plancurate.tasks.candidates.settings import PlanSettings, TargetSettings
+from plancurate.tasks.candidates.targets import sample_targets
 
 ROBOT = load_robot("h2017")
 SCENE = load_scene("table")

@@ -9,7 +9,8 @@ import pytest
 from plancurate import native
 from plancurate.robots import load_robot, load_scene, robot_names, scene_names
 from plancurate.robots.urdf import read_urdf
-from plancurate.tasks.candidates.playback import VerifySettings, play, verify
+from plancurate.tasks.candidates.playback import play, verify
+from plancurate.tasks.candidates.settings import VerifySettings
 
 DT = 0.05
 SETTINGS = VerifySettings()
@@ -160,7 +161,8 @@ def test_nothing_is_written_to_the_terminal(robot_folders):
     program = f"""
 import numpy as np
 from plancurate.robots import load_robot, load_scene
-from plancurate.tasks.candidates.playback import VerifySettings, verify
+from plancurate.tasks.candidates.playback import verify
+from plancurate.tasks.candidates.settings import VerifySettings
 robot = load_robot({str(robot_folders["seven"])!r})
 assert verify(robot, load_scene("table"), np.repeat(robot.home[None], 5, axis=0), 0.05, VerifySettings())
 """

@@ -6,7 +6,8 @@ import pytest
 from plancurate import native
 from plancurate.errors import PlancurateError
 from plancurate.robots import load_robot, load_scene
-from plancurate.tasks.candidates.targets import TargetSettings, sample_targets
+from plancurate.tasks.candidates.settings import TargetSettings
+from plancurate.tasks.candidates.targets import sample_targets
 
 ROBOT = load_robot("h2017")
 SCENE = load_scene("table")

@@ -12,6 +12,7 @@ from plancurate.robots import load_robot, load_scene
 from plancurate.sql import names
 from plancurate.tasks.curation.curate import curate
 from plancurate.tasks.curation.pool import load_pool
+from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.audits import failed_checks
 
@@ -23,7 +24,8 @@ def curated(small_lake: Lake) -> Lake:
     """The small lake with two selections."""
     pool = load_pool(small_lake, POOL)
     for name in ("General", "KMeans_Hybrid"):
-        curate(small_lake, pool, name, 2, 0, robot=load_robot("h2017"), scene=load_scene("free"), metadata={})
+        choice, robot, scene = SelectorChoice(name=name), load_robot("h2017"), load_scene("free")
+        curate(small_lake, pool, "one-1", choice, 2, 0, robot=robot, scene=scene, metadata={})
     return small_lake
 
 
@@ -67,7 +69,7 @@ def test_each_check_finds_its_fault(
 
 def test_selections_without_their_trajectories_are_found(curated: Lake) -> None:
     shutil.rmtree(curated.root / "trajectories" / "robot=h2017")
-    kept = curated.query("results/coverage", **POOL)
+    kept = curated.query("results/coverage", study="one-1")
     assert failed_checks(curated) == {
         "assert_selected_trajectories_are_solved_and_verified": pc.sum(kept["kept"]).as_py()
     }

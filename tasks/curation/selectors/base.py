@@ -106,6 +106,10 @@ class Selector:
     description: str
     origin: str
     budgeted: bool
+    seeded: bool
+    """Whether another seed can give another selection."""
+    revision: int
+    """Raised by the selector's author when it selects otherwise than before from the same pool."""
 
     def parse(self, parameters: Mapping[str, object]) -> Settings:
         """Check parameters; PlancurateError that names the first wrong one."""
@@ -125,28 +129,42 @@ _registry: dict[str, Selector] = {}
 
 
 def selector(
-    name: str, settings: type[Settings] = Settings, *, budgeted: bool = True
+    name: str,
+    settings: type[Settings] = Settings,
+    *,
+    budgeted: bool = True,
+    seeded: bool = True,
+    revision: int = 1,
 ) -> Callable[[Choose], Choose]:
     """Register the decorated function under a name; the first line of its docstring describes it.
 
-    `budgeted=False` says that it keeps what it keeps, whatever the budget.
+    `budgeted=False` says that it keeps what it keeps, whatever the budget, `seeded=False` that it never draws.
     """
 
     def register(choose: Choose) -> Choose:
-        add(name, choose, settings, (inspect.getdoc(choose) or "").split("\n")[0], budgeted=budgeted)
+        description = (inspect.getdoc(choose) or "").split("\n")[0]
+        add(name, choose, settings, description, budgeted=budgeted, seeded=seeded, revision=revision)
         return choose
 
     return register
 
 
 def add(
-    name: str, choose: Choose, settings: type[Settings], description: str, *, budgeted: bool = True
+    name: str,
+    choose: Choose,
+    settings: type[Settings],
+    description: str,
+    *,
+    budgeted: bool = True,
+    seeded: bool = True,
+    revision: int = 1,
 ) -> None:
     """Register a selector; ValueError when another function has the name."""
     known = _registry.get(name)
     if known and known.choose.__module__ != choose.__module__:
         raise ValueError(f"selector '{name}' is registered by {known.choose.__module__} already")
-    _registry[name] = Selector(name, choose, settings, description, _origin(choose), budgeted)
+    origin = _origin(choose)
+    _registry[name] = Selector(name, choose, settings, description, origin, budgeted, seeded, revision)
 
 
 def find_selector(name: str) -> Selector:

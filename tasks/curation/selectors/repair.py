@@ -9,7 +9,8 @@ import numpy as np
 from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
-from plancurate.tasks.candidates.time_parameterisation import TimingSettings, time_path
+from plancurate.tasks.candidates.settings import TimingSettings
+from plancurate.tasks.candidates.time_parameterisation import time_path
 from plancurate.tasks.curation.pool import FloatArray
 from plancurate.tasks.curation.selectors.base import Kept, Problem, Settings, selector
 

@@ -30,6 +30,7 @@ class Selection:
 
     selection_id: str
     selector: str
+    """As tables show it: with the parameters that were given."""
     budget: int | None
     """Trajectories a target; None where the selector has no budget."""
     seed: int
@@ -53,7 +54,7 @@ class Selection:
         """The selection as rows of the lake's `selections`."""
         schema = table("selections").schema
         same = {
-            "selection_id": self.selection_id, "seed": self.seed, "budget": self.budget,
+            "selection_id": self.selection_id, "selector": self.selector, "seed": self.seed, "budget": self.budget,
             "pool_hash": self.pool_hash, "n_targets": self.n_targets, "n_pool": self.n_pool,
             "params": json.dumps(self.params, sort_keys=True), "selection_time_s": self.selection_time_s,
             **{f"{stage}_s": self.seconds[stage] for stage in STAGES},
@@ -94,7 +95,7 @@ def select(
         elapsed = clock() - start
     return Selection(
         selection_id=selection_id(chosen, pool, budget, seed, settings.model_dump()),
-        selector=name,
+        selector=labelled(name, params or {}),
         budget=budget,
         seed=seed,
         params=settings.model_dump(),
@@ -111,9 +112,16 @@ def selection_id(
     chosen: Selector, pool: Pool, budget: int | None, seed: int, params: Mapping[str, object]
 ) -> str:
     """Name a selection by what it is made from, so that the same request has the same name."""
-    inputs = json.dumps([chosen.name, chosen.origin, budget, seed, pool.hash, params], sort_keys=True)
+    code = [chosen.name, chosen.origin, chosen.revision]
+    inputs = json.dumps([*code, budget, seed, pool.hash, params], sort_keys=True)
     size = "all" if budget is None else f"k{budget}"
     return f"{chosen.name}-{size}-s{seed}-{hashlib.sha256(inputs.encode()).hexdigest()[:10]}"
+
+
+def labelled(selector: str, params: Mapping[str, object]) -> str:
+    """Name a selector with the parameters it was given, such as `BehaviorRetrieval(task=shortest)`."""
+    given = ", ".join(f"{name}={value}" for name, value in sorted(params.items()))
+    return f"{selector}({given})" if given else selector
 
 
 def label(selector: str, budget: int | None) -> str:

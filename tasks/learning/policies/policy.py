@@ -26,6 +26,8 @@ class Policy(BaseModel, ABC):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: ClassVar[str]
+    revision: ClassVar[int] = 1
+    """Raised by the policy's author when it learns or acts otherwise than before."""
     recurrent: ClassVar[bool]
     """Whether it learns from windows and remembers the steps before."""
     robomimic: ClassVar[Mapping[str, Any]]
