@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 from cyclopts import Group, Parameter
-from pydantic import BaseModel, PlainValidator, create_model
+from pydantic import BaseModel, Field, PlainValidator, create_model
 from pydantic.fields import FieldInfo
 
 from plancurate.flows.cli.options import HomeOptions
@@ -31,8 +31,10 @@ GROUP = Group(
 
 def as_option(name: str, field: FieldInfo) -> tuple[Any, FieldInfo]:
     """Return a field as cyclopts is to see it; those of settings within settings are not in the help."""
-    kind = plain(field.annotation)
-    return Annotated[kind, Parameter(alias=ALIASES.get(name), show=not is_model(kind))], field
+    if is_model(field.annotation):
+        return Annotated[field.annotation, Parameter(show=False)], field
+    kind = plain(field.annotation) | None
+    return Annotated[kind, Parameter(alias=ALIASES.get(name))], Field(None, description=field.description)
 
 
 def plain(kind: Any) -> Any:
@@ -66,7 +68,7 @@ if TYPE_CHECKING:
 else:
     _fields = {name: as_option(name, field) for name, field in StudyConfig.model_fields.items()}
     Fields = Annotated[
-        create_model("Fields", __base__=StudyConfig, **_fields),
+        create_model("Fields", **_fields),
         Parameter(name="*", group=GROUP, show_default=False, consume_multiple=1, negative_iterable=()),
         PlainValidator(given),  # in place of the model's own, which would ask for a whole configuration
     ]
