@@ -10,7 +10,8 @@ import pytest
 from plancurate import native
 from plancurate.robots import load_robot, load_scene
 from plancurate.robots.scene import Scene
-from plancurate.tasks.candidates.time_parameterisation import Timed, TimingSettings, problem_of, time_path
+from plancurate.tasks.candidates.settings import TimingSettings
+from plancurate.tasks.candidates.time_parameterisation import Timed, problem_of, time_path
 from plancurate.tasks.curation.pool import make_pool
 from plancurate.tasks.curation.selectors import repair as repair_module
 from plancurate.tasks.curation.selectors.repair import repaired_trajectory
