@@ -29,7 +29,7 @@ GROUP = Group(
 )
 
 
-def as_option(name: str, field: FieldInfo) -> tuple[Any, FieldInfo]:
+def as_option(name: str, field: FieldInfo) -> tuple[Any, Any]:
     """Return a field as cyclopts is to see it; those of settings within settings are not in the help."""
     if is_model(field.annotation):
         return Annotated[field.annotation, Parameter(show=False)], field
