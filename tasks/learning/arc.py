@@ -45,11 +45,7 @@ def travelled(q: FloatArray) -> FloatArray:
 def marks(length: float, step: float) -> FloatArray:
     """Distances (k,) along a path of that length at which waypoints lie: every step, and its end."""
     count = max(0, int(np.ceil(length / step - _ROUNDING)))
-<<<<<<< HEAD
-    return np.asarray(np.minimum(np.arange(count + 1) * step, length))
-=======
     return np.append(np.arange(count) * step, length)
->>>>>>> learning
 
 
 def _nearest(grid: FloatArray, values: FloatArray) -> IntArray:
