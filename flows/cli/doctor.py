@@ -16,7 +16,7 @@ from plancurate.tasks.lake.checkup import checkup, looked_at
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study import tracking
 
-MODULES = ("prefect", "mlflow", "duckdb", "pyarrow", "pybullet", "toppra", "torch", "sklearn", "statsmodels")
+MODULES = ("prefect", "mlflow", "duckdb", "pyarrow", "pybullet", "toppra", "torch", "sklearn")
 FREE_GB = 2.0
 
 
@@ -98,12 +98,12 @@ def planning() -> str:
     """Plan once, for real."""
     from plancurate.robots import load_robot, load_scene
     from plancurate.tasks.candidates.plan import plan_candidate
-    from plancurate.tasks.candidates.settings import PlanSettings, TargetSettings
+    from plancurate.tasks.candidates.settings import GenerateSettings
     from plancurate.tasks.candidates.targets import sample_targets
 
     robot, scene = load_robot("h2017"), load_scene("free")
-    target = sample_targets(robot, scene, TargetSettings(), 0, 1)[0]
-    result = plan_candidate(robot, scene, target, "RRTConnect", 0, PlanSettings()).result
+    target = sample_targets(robot, scene, GenerateSettings().targets, 0, 1)[0]
+    result = plan_candidate(robot, scene, target, "RRTConnect", 0, GenerateSettings())
     if result.status != "exact":
         raise RuntimeError(f"RRTConnect found no path: {result.reason}")
     return f"RRTConnect solved h2017 in {1000 * result.seconds:.1f} ms"
