@@ -8,7 +8,7 @@ VENV ?= .venv
 PRESET ?= quick
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
-NATIVE := $(wildcard native/*.cpp native/*.hpp native/*.cmake native/CMakeLists.txt)
+NATIVE := $(wildcard native/*/*.cpp native/*/*.hpp native/*.cmake native/CMakeLists.txt)
 
 .PHONY: study test lint bench serve setup setup-test clean
 

@@ -19,12 +19,15 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plancurate.tasks.candidates.postprocess_pool import PostprocessPool
+from plancurate.tasks.candidates.postprocess_pool import PostprocessPool, shared_pool
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study.candidates import make_part, missing_parts, study_targets
+from plancurate.tasks.study.context import open_study
 
 if TYPE_CHECKING:
     from plancurate.tasks.study.config import StudyConfig
@@ -84,7 +87,7 @@ def main() -> None:
         config = StudyConfig(
             name="benchmark",
             robot=asked.robot,
-            scene=asked.scene,
+            scenes=(asked.scene,),
             n_targets=asked.targets,
             workers=asked.workers,
             targets_per_task=grouping,
@@ -106,30 +109,18 @@ def with_prefect(config: StudyConfig, home: Home) -> None:
 
 def in_threads(config: StudyConfig, home: Home) -> None:
     """Run the flow's own steps without Prefect, as many at once."""
-    from plancurate.flows.generate import missing_parts, plan_part, sample
-    from plancurate.flows.progress import stage
-    from plancurate.tasks.study.context import Workplace
-
-    place = Workplace(config, home)
-    parts = missing_parts(place, sample.fn(place))
-    settings = config.candidates
-    with (
-        PostprocessPool(
-            config.robot, config.scene, settings.timing, settings.verify, config.workers
-        ) as finish,
-        stage("plan", len(parts), "parts") as bar,
-        ThreadPoolExecutor(2 * config.workers) as threads,
-    ):
-        list(
-            threads.map(lambda part: plan_part.fn(place, part, part.planner, part.label, finish, bar), parts)
-        )
+    study = open_study(config, home)
+    pool = study.pools[0]
+    parts = missing_parts(study, pool, study_targets(study, pool))
+    with shared_pool(config.workers), ThreadPoolExecutor(2 * config.workers) as threads:
+        list(threads.map(partial(make_part, study), parts))
 
 
 def measure(run: Callable[[StudyConfig, Home], None], config: StudyConfig) -> Measured:
     """Run into an empty home and read what came of it."""
-    writing, finishing, write, finish = Stopwatch(), Stopwatch(), Lake.write, PostprocessPool.__call__
+    writing, finishing, write, call = Stopwatch(), Stopwatch(), Lake.write, PostprocessPool.__call__
     Lake.write = writing.around(write)  # type: ignore[method-assign]
-    PostprocessPool.__call__ = finishing.around(finish)  # type: ignore[method-assign]
+    PostprocessPool.__call__ = finishing.around(call)  # type: ignore[method-assign]
     try:
         with tempfile.TemporaryDirectory() as folder:
             home = Home(Path(folder))
@@ -139,7 +130,7 @@ def measure(run: Callable[[StudyConfig, Home], None], config: StudyConfig) -> Me
             parts = (home.lake / "trajectories").rglob("part-0*.parquet")
             end = max(part.stat().st_mtime for part in parts)
     finally:
-        Lake.write, PostprocessPool.__call__ = write, finish  # type: ignore[method-assign]
+        Lake.write, PostprocessPool.__call__ = write, call  # type: ignore[method-assign]
     assert finishing.first_end is not None
     began = time.time() - (time.perf_counter() - finishing.first_end)
     stages = {name: sum(rows[column].to_pylist()) for column, name in STAGES.items()}

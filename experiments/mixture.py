@@ -19,19 +19,21 @@ import numpy as np
 import torch
 
 from plancurate.errors import PlancurateError
-from plancurate.flows.curate import make_selection, study_pool
-from plancurate.flows.train import selected_demonstrations
 from plancurate.tasks.candidates.target_table import stored_targets
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.learning.demonstrations import Demonstrations
-from plancurate.tasks.learning.rollouts import EvaluateSettings, roll_out
+from plancurate.tasks.learning.rollouts import roll_out
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.tasks.learning.test_targets import displaced_tests
-from plancurate.tasks.learning.train import TrainSettings, train
+from plancurate.tasks.learning.train import train
 from plancurate.tasks.study.config import load_config
-from plancurate.tasks.study.context import Workplace
+from plancurate.tasks.study.context import StudyContext, open_study
+from plancurate.tasks.study.networks import selected_demonstrations
+from plancurate.tasks.study.selections import study_selections
 
 TEST_SEED = 2000  # not the studies'
 POLICY = "BC_RNN_MDN"
+SELECTORS = ("KMeans_Hybrid", "General")
 VARIANTS: dict[str, dict[str, Any]] = {
     "defaults": {},
     "min_std 0.0001": {"min_std": 1e-4},
@@ -56,24 +58,26 @@ def main() -> None:
     asked = parser.parse_args()
     warnings.simplefilter("ignore")
     torch.set_num_threads(1)
-    place = Workplace(load_config(asked.preset, None, {}), Home.resolve(asked.home))
-    pool = study_pool(place)
-    for selector, budget in (("KMeans_Hybrid", place.config.budgets[-1]), ("General", None)):
-        print(f"{selector}: success, settled (percent); heaviest weight, components at work, spread")
-        data = selected_demonstrations(place, pool, make_selection(place, pool, selector, budget))
+    study = open_study(load_config(asked.preset, None, {}), Home.resolve(asked.home))
+    for wanted in study_selections(study):
+        if wanted.choice.name not in SELECTORS:
+            continue
+        print(f"{wanted.title}: success, settled (percent); heaviest weight, components at work, spread")
+        data = selected_demonstrations(study, wanted)
         for name, change in VARIANTS.items():
-            print(f"  {name:33s} {measured(place, data, change, asked.seeds)}", flush=True)
+            print(f"  {name:33s} {measured(study, data, change, asked.seeds)}", flush=True)
 
 
-def measured(place: Workplace, data: Demonstrations, change: dict[str, Any], seeds: int) -> str:
+def measured(study: StudyContext, data: Demonstrations, change: dict[str, Any], seeds: int) -> str:
     """Success and settled rate over all seeds, and the means of what the networks tell of themselves."""
     training = {name: value for name, value in change.items() if name == "weight_decay"}
     policy = {name: value for name, value in change.items() if name != "weight_decay"}
     settings = TrainSettings(policies={POLICY: policy}, **training)
     trained = train(POLICY, [data] * seeds, list(range(seeds)), settings)
-    targets = stored_targets(place.lake, place.partition)[: place.config.n_targets]
+    pool = study.pools[0]
+    targets = stored_targets(study.lake, pool.partition)[: study.config.n_targets]
     tests = displaced_tests(targets, TEST_SEED)
-    tables = roll_out(trained, place.robot, place.scene, tests, EvaluateSettings())
+    tables = roll_out(trained, pool.robot, pool.scene, tests, EvaluateSettings())
     rates = [
         np.mean([table[column].to_numpy().mean() for table in tables]) for column in ("success", "settled")
     ]

@@ -2,13 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from threading import BoundedSemaphore
+from collections.abc import Callable, Iterable
+from queue import SimpleQueue
 from typing import Any
 
 from prefect import Task
+from prefect.futures import PrefectFuture
+from prefect.task_runners import ProcessPoolTaskRunner, TaskRunner, ThreadPoolTaskRunner
+from prefect.utilities.callables import get_call_parameters
 
 from plancurate.errors import IncompleteError, PlancurateError
+from plancurate.tasks.study.config import StudyConfig
+
+Ended = Callable[[Any], None]
+
+
+def task_runner(config: StudyConfig) -> TaskRunner[Any]:
+    """Return where a study's task runs work; PlancurateError when Dask is asked for and not installed."""
+    if config.runner == "threads":
+        return ThreadPoolTaskRunner()
+    if config.runner == "processes":
+        return ProcessPoolTaskRunner(max_workers=config.workers)
+    try:
+        from prefect_dask.task_runners import DaskTaskRunner
+    except ImportError:
+        raise PlancurateError("runner = dask: Dask is missing; pip install 'plancurate[dask]'") from None
+    if config.dask_scheduler:
+        return DaskTaskRunner(address=config.dask_scheduler)
+    quiet = {"dashboard_address": None, "silence_logs": "ERROR"}
+    return DaskTaskRunner(cluster_kwargs={"n_workers": config.workers, "threads_per_worker": 1, **quiet})
 
 
 def is_transient(task: object, task_run: object, state: Any) -> bool:
@@ -16,18 +38,41 @@ def is_transient(task: object, task_run: object, state: Any) -> bool:
     return isinstance(state.result(raise_on_failure=False), OSError)
 
 
-def run_all(task: Task[..., Any], calls: Iterable[tuple[Any, ...]], in_flight: int) -> list[Any]:
+def run_all(
+    task: Task[..., Any],
+    calls: Iterable[tuple[Any, ...]],
+    in_flight: int,
+    ended: Ended | None = None,
+    *,
+    runner: TaskRunner[Any] | None = None,
+) -> list[Any]:
     """Run a task once for each call's arguments, at most `in_flight` at once; return the results in order.
 
-    Raises the first PlancurateError among the children as it is, or IncompleteError that counts all failures:
-    a flow that returns a value counts as completed whatever became of its children, so this looks at each.
+    `runner` says where, in threads of this process by default. `ended` is told each result as it comes. Raises
+    the first PlancurateError among the task runs as it is, or IncompleteError that counts all failures: a flow
+    that returns a value counts as completed whatever became of its task runs, so this looks at each.
     """
-    slots, futures = BoundedSemaphore(in_flight), []
-    for call in calls:
-        slots.acquire()
-        future = task.submit(*call)
-        future.add_done_callback(lambda _: slots.release())
-        futures.append(future)
+    over: SimpleQueue[PrefectFuture[Any]] = SimpleQueue()
+    futures: list[PrefectFuture[Any]] = []
+
+    def wait_for_one() -> None:
+        result = over.get().result(raise_on_failure=False)
+        if ended and not isinstance(result, BaseException):
+            ended(result)
+
+    with runner or ThreadPoolTaskRunner() as where:
+        for call in calls:
+            if len(futures) >= in_flight:
+                wait_for_one()
+            future = where.submit(task, get_call_parameters(task.fn, call, {}))
+            future.add_done_callback(over.put)
+            futures.append(future)
+        for _ in range(min(in_flight, len(futures))):
+            wait_for_one()
+        return _results(task.name, futures)
+
+
+def _results(name: str, futures: list[PrefectFuture[Any]]) -> list[Any]:
     results = [future.result(raise_on_failure=False) for future in futures]
     errors = [result for result in results if isinstance(result, BaseException)]
     for error in errors:
@@ -35,7 +80,7 @@ def run_all(task: Task[..., Any], calls: Iterable[tuple[Any, ...]], in_flight: i
             raise error
     if errors:
         raise IncompleteError(
-            f"{len(errors)} of {len(results)} '{task.name}' runs failed, the first with "
+            f"{len(errors)} of {len(results)} '{name}' runs failed, the first with "
             f"{type(errors[0]).__name__}: {errors[0]}; run the same command again to do the rest"
         ) from errors[0]
     return results

@@ -6,10 +6,10 @@ import re
 from pathlib import Path
 from typing import TypeVar
 
-import yaml
 from pydantic import BaseModel, ValidationError
 
-from plancurate.errors import PlancurateError
+from plancurate import yaml_files
+from plancurate.errors import PlancurateError, field_of, first_problem
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")  # of robots and scenes, which become folders of the lake
 
@@ -19,19 +19,6 @@ Model = TypeVar("Model", bound=BaseModel)
 def read_yaml(file: Path, model: type[Model]) -> Model:
     """Validate `file` as `model`; raise PlancurateError for an unreadable file or a wrong field."""
     try:
-        content = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise PlancurateError(f"{file}: cannot be read: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise PlancurateError(f"{file}: not valid YAML: {' '.join(str(error).split())}") from None
-    try:
-        return model.model_validate(content)
+        return model.model_validate(yaml_files.read_yaml(file))
     except ValidationError as error:
-        raise PlancurateError(f"{file}: {_first_mistake(error)}") from None
-
-
-def _first_mistake(error: ValidationError) -> str:
-    mistake = error.errors()[0]
-    field = ".".join(str(part) for part in mistake["loc"]) or "content"
-    given = "" if mistake["type"] == "missing" else f" (given: {mistake['input']!r})"
-    return f"{field}: {mistake['msg']}{given}"
+        raise PlancurateError(first_problem(f"{file}: {field_of(error)}", error)) from None

@@ -8,7 +8,6 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
@@ -49,6 +48,8 @@ class Shape:
 
 def transform(xyz: Sequence[float], rpy: Sequence[float]) -> FloatArray:
     """Rigid transform (4,4) of a URDF origin: metres, and roll-pitch-yaw in radians about fixed x, y, z."""
+    from scipy.spatial.transform import Rotation  # 0.4 s, which the command line's help does without
+
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_euler("xyz", list(rpy)).as_matrix()
     pose[:3, 3] = xyz

@@ -41,7 +41,7 @@ class StudyOptions(HomeOptions):
     """Name of the study; the preset's by default."""
     robot: str | None = None
     """A registered robot, or a folder with robot.yaml and a URDF."""
-    scene: str | None = None
+    scenes: Names = None
     """A registered scene, or a YAML file."""
     targets: int | None = None
     """Number of training targets."""
@@ -65,7 +65,7 @@ class StudyOptions(HomeOptions):
         overrides = {
             "name": self.name,
             "robot": self.robot,
-            "scene": self.scene,
+            "scenes": self.scenes,
             "n_targets": self.targets,
             "planners": self.planners,
             "selectors": self.selectors,
@@ -75,4 +75,5 @@ class StudyOptions(HomeOptions):
             "workers": self.workers,
             "targets_per_task": self.targets_per_task,
         }
-        return load_config(self.preset, self.config, overrides)
+        given = {name: value for name, value in overrides.items() if value is not None}
+        return load_config(self.preset, self.config, given)

@@ -10,7 +10,7 @@ from plancurate import native
 from plancurate.flows.cli.console import output
 from plancurate.robots import load_robot, load_world, robot_names, scene_names
 from plancurate.tasks.curation.selectors.base import find_selector, selector_names
-from plancurate.tasks.learning.policies import POLICIES, policy_names
+from plancurate.tasks.learning.policies import kind_of, policy_names
 
 
 def robots() -> None:
@@ -57,11 +57,11 @@ def policies() -> None:
     """List policies with their settings."""
     shown = table("policy", "is", "settings")
     for name in policy_names():
-        fields = POLICIES[name].model_fields
+        kind = kind_of(name)
         shown.add_row(
             name,
-            summary(POLICIES[name]),
-            ", ".join(f"{key}={field.default}" for key, field in fields.items()),
+            summary(kind),
+            ", ".join(f"{key}={field.default}" for key, field in kind.model_fields.items()),
         )
     output.print(shown)
 

@@ -8,15 +8,16 @@ from importlib import import_module
 from plancurate.flows.cli.console import console
 from plancurate.flows.cli.options import StudyOptions
 from plancurate.flows.server.prefect_server import prefect_server
-from plancurate.tasks.study.context import Workplace
+from plancurate.tasks.study.context import StudyContext, open_study
 
 
 def study(options: StudyOptions = StudyOptions()) -> None:
     """Plan, curate, train, evaluate and report: the whole way, from where an earlier run stopped."""
-    run("study", options)
-    from plancurate.flows.cli.verdict import show_results  # statsmodels would hold up the start by a second
+    done = run("study", options)
+    # Imported late: statsmodels would hold up the start by a second.
+    from plancurate.flows.cli.verdict import show_results
 
-    show_results(options.study(), options.folder())
+    show_results(done)
 
 
 def generate(options: StudyOptions = StudyOptions()) -> None:
@@ -44,15 +45,15 @@ def compact(options: StudyOptions = StudyOptions()) -> None:
     run("compact", options)
 
 
-def run(name: str, options: StudyOptions) -> None:
+def run(name: str, options: StudyOptions) -> StudyContext:
     """Run the flow of that name on a Prefect server: the configured one, or one of our own for the time of it."""
     config, home = options.study(), options.folder()
-    Workplace(
-        config, home
-    )  # a robot or scene that can't be loaded is said before anything is started or written
+    # A robot or scene that can't be loaded is said before anything is started or written.
+    study = open_study(config, home)
     module = f"plancurate.flows.{name}"
-    console.print(f"[bold]{name} {config.name}[/]  [dim]{home.root}[/]", highlight=False)
+    console.print(f"[bold]{name} {study.study}[/]  [dim]{home.root}[/]", highlight=False)
     with ExitStack() as stack:
         with console.status("starting Prefect's server"):
             stack.enter_context(prefect_server(home, preload=(module,)))
         getattr(import_module(module), name)(config, str(home.root))
+    return study

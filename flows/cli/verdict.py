@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from plancurate.flows.cli.console import output
 from plancurate.flows.cli.tables import matrix, percent
-from plancurate.flows.evaluate import study_folder
 from plancurate.tasks.curation.selectors.selection import label
-from plancurate.tasks.lake import Lake
-from plancurate.tasks.lake.home import Home
-from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.context import StudyContext
 from plancurate.tasks.study.results import result_rows, summary_rows
 
 
-def show_results(config: StudyConfig, home: Home) -> None:
+def show_results(study: StudyContext) -> None:
     """Print the table of success rates, the best three selections and where to look next."""
-    lake, folder = Lake(home.lake), study_folder(config)
-    rows, summaries = result_rows(lake, folder), summary_rows(lake, folder)
+    rows, summaries = result_rows(study.lake, study.study), summary_rows(study.lake, study.study)
     output.print()
     tests = rows[0].n * len({row.seed for row in rows})
     output.print(matrix(rows, summaries, f"Success in percent, {tests} tests a cell"))
@@ -27,7 +23,7 @@ def show_results(config: StudyConfig, home: Home) -> None:
     )
     for what, where in (
         ("best", best),
-        ("report", f"{home.reports / config.name / 'index.html'}"),
+        ("report", f"{study.home.reports / study.study / 'index.html'}"),
         ("lake", 'plancurate sql "SELECT * FROM evaluations LIMIT 5"'),
         ("pages", "make serve (Prefect and MLflow on 127.0.0.1)"),
     ):

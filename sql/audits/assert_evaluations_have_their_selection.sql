@@ -1,5 +1,5 @@
 WITH kept AS (
-    SELECT robot, scene, pool, selector, selection_id, count(*) AS n_selected
+    SELECT robot, scene, pool, study, selection_id, count(*) AS n_selected
     FROM selections
     GROUP BY ALL
 )
@@ -10,5 +10,5 @@ SELECT DISTINCT
     evaluations.n_kept,
     kept.n_selected
 FROM evaluations
-LEFT JOIN kept USING (robot, scene, pool, selector, selection_id)
+LEFT JOIN kept USING (robot, scene, pool, study, selection_id)
 WHERE evaluations.n_kept IS DISTINCT FROM kept.n_selected;

@@ -5,6 +5,6 @@ WHERE
     robot = $robot
     AND scene = $scene
     AND pool = $pool
-    AND selector = $selector
+    AND study = $study
     AND selection_id = $selection_id
 ORDER BY trajectory_id;

@@ -1,6 +1,9 @@
 -- Result rows of a study. Grain: selector, budget, policy, training seed.
 -- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
 SELECT
+    scene,
+    '' AS pool_label,
+    selection_seed,
     selector,
     budget,
     policy,
@@ -15,5 +18,5 @@ SELECT
     any_value(n_kept) AS n_kept
 FROM evaluations
 WHERE study = $study AND kind = $kind
-GROUP BY selector, budget, policy, seed
+GROUP BY scene, selection_seed, selector, budget, policy, seed
 ORDER BY selector, budget NULLS FIRST, policy, seed;

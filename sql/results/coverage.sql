@@ -2,7 +2,7 @@
 WITH per_target AS (
     SELECT selector, budget, seed, selection_id, n_targets, target_id, count(*) AS kept
     FROM selections
-    WHERE robot = $robot AND scene = $scene AND pool = $pool
+    WHERE study = $study
     GROUP BY ALL
 ),
 
@@ -12,7 +12,7 @@ other AS (
         count(DISTINCT planner)::INTEGER AS planners,
         count(DISTINCT (target_id, goal_index))::INTEGER AS goal_configurations
     FROM selections
-    WHERE robot = $robot AND scene = $scene AND pool = $pool
+    WHERE study = $study
     GROUP BY selection_id
 )
 

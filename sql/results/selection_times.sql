@@ -1,7 +1,7 @@
 -- Seconds that each selection of a study took, in all and by stage. Grain: selector, budget.
 -- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
 WITH tested AS (
-    SELECT DISTINCT robot, scene, pool, selector, selection_id
+    SELECT DISTINCT robot, scene, pool, study, selection_id
     FROM evaluations
     WHERE study = $study AND kind = $kind
 )
@@ -18,6 +18,6 @@ SELECT
     any_value(selection_time_s) AS selection_time_s,
     any_value(pool_hash) AS pool_hash
 FROM selections
-INNER JOIN tested USING (robot, scene, pool, selector, selection_id)
+INNER JOIN tested USING (robot, scene, pool, study, selection_id)
 GROUP BY selector, budget, selection_id
 ORDER BY selector, budget NULLS FIRST, selection_id;

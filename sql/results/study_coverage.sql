@@ -4,7 +4,7 @@
 -- Grain: selector, budget.
 -- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
 WITH tested AS (
-    SELECT DISTINCT robot, scene, pool, selector, selection_id
+    SELECT DISTINCT robot, scene, pool, study, selection_id
     FROM evaluations
     WHERE study = $study AND kind = $kind
 ),
@@ -23,7 +23,7 @@ kept AS (
         selections.goal_index = shortest.shortest_goal AS shortest_way,
         (paths.target_id, paths.n_waypoints, paths.joint_movement, paths.smoothness) AS shape
     FROM selections
-    INNER JOIN tested USING (robot, scene, pool, selector, selection_id)
+    INNER JOIN tested USING (robot, scene, pool, study, selection_id)
     INNER JOIN trajectories AS paths USING (robot, scene, pool, trajectory_id)
     INNER JOIN shortest
         ON

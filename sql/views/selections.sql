@@ -1,12 +1,13 @@
--- One row a trajectory that a selector kept.
+-- One row a trajectory that a selector kept, in each study that uses the selection.
 CREATE OR REPLACE VIEW selections AS
-SELECT robot, scene, pool, selector, * EXCLUDE (robot, scene, pool, selector, filename)
+SELECT robot, scene, pool, study, * EXCLUDE (robot, scene, pool, study, filename)
 FROM read_parquet(
     selections_parts(),
     filename = true,
     hive_partitioning = true,
-    hive_types = {'robot': VARCHAR, 'scene': VARCHAR, 'pool': VARCHAR, 'selector': VARCHAR}
+    hive_types = {'robot': VARCHAR, 'scene': VARCHAR, 'pool': VARCHAR, 'study': VARCHAR}
 )
+WHERE is_beside_catalog()
 QUALIFY dense_rank() OVER (
-    PARTITION BY robot, scene, pool, selector, selection_id, trajectory_id ORDER BY filename
+    PARTITION BY robot, scene, pool, study, selection_id, trajectory_id ORDER BY filename
 ) = 1;

@@ -1,4 +1,5 @@
--- One row a configuration of a study; its trials are evaluations.study = study || '-' || study_key.
+-- One row a pool of a study: what the study is made of, and when it last became the latest of its name.
+-- `study` (name-key) is the study's identifier in selections, evaluations and MLflow too.
 CREATE OR REPLACE VIEW studies AS
 SELECT study, * EXCLUDE (study, filename)
 FROM read_parquet(
@@ -7,4 +8,5 @@ FROM read_parquet(
     hive_partitioning = true,
     hive_types = {'study': VARCHAR}
 )
-QUALIFY dense_rank() OVER (PARTITION BY study, study_key ORDER BY filename) = 1;
+WHERE is_beside_catalog()
+QUALIFY row_number() OVER (PARTITION BY study, pool ORDER BY run_at DESC, filename) = 1;

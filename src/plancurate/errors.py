@@ -4,6 +4,12 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
+
+LONGEST_VALUE = 60  # characters of a wrong value that are shown
 
 
 class PlancurateError(Exception):
@@ -28,3 +34,21 @@ class UnknownNameError(PlancurateError):
     def __reduce__(self) -> tuple[type, tuple[str, str, tuple[str, ...]]]:
         """Pickle by the arguments: the error crosses process boundaries."""
         return (type(self), (self.kind, self.name, self.valid))
+
+
+def field_of(error: ValidationError) -> str:
+    """Return the dotted name of the field that pydantic found wrong first."""
+    return ".".join(str(part) for part in error.errors(include_url=False)[0]["loc"]) or "content"
+
+
+def first_problem(where: object, error: ValidationError) -> str:
+    """Say in one line what pydantic found wrong first: where, the value, and what would be right."""
+    problem = error.errors(include_url=False)[0]
+    wrong = "" if problem["type"] == "missing" else f" = {shortened(problem['input'])}"
+    return f"{where}{wrong}: {problem['msg'].removeprefix('Value error, ')}"
+
+
+def shortened(value: object) -> str:
+    """Return a value as Python writes it, cut where it gets long."""
+    text = repr(value)
+    return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}..."

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -14,9 +13,8 @@ import pyarrow as pa
 from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
-from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.plan import plan_candidate
-from plancurate.tasks.candidates.postprocess import Postprocessed, postprocess
+from plancurate.tasks.candidates.postprocess import Postprocess, postprocess
 from plancurate.tasks.candidates.rows import candidate_row
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import PlannedPath, find_source
@@ -26,10 +24,6 @@ from plancurate.tasks.lake.schema import table
 REVISION = 2  # raise when results change: targets, goals, timing, metrics or playback of the same settings
 
 MISSED = 1e-3  # m between a path's end and its target; nobody who plans to the target misses it by more
-
-PostprocessPath = Callable[
-    [FloatArray, FloatArray], Postprocessed
-]  # (path (w, n), target position (3,)) -> trajectory
 
 
 @dataclass(frozen=True)
@@ -59,7 +53,7 @@ def generate_candidates(
     targets: list[Target],
     planner: str,
     settings: GenerateSettings,
-    postprocess_path: PostprocessPath | None = None,
+    postprocess_path: Postprocess | None = None,
 ) -> tuple[pa.Table, StageSeconds]:
     """Plan all runs of one source to `targets`; return a row of `trajectories` for each, failed ones too.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from plancurate.robots.robot import Robot
@@ -23,6 +24,10 @@ class Postprocessed:
     verification: Verification | None
     timing_s: float
     verify_s: float
+
+
+Postprocess = Callable[[FloatArray, FloatArray], Postprocessed]
+"""(path (w, n), target position (3,)) -> trajectory."""
 
 
 def postprocess(

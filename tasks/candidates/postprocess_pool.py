@@ -1,65 +1,62 @@
-"""Finish paths in other processes: toppra and PyBullet hold the interpreter lock, planning does not."""
+"""Postprocess paths in other processes: toppra and PyBullet hold the interpreter lock, planning does not."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import threading
+from collections.abc import Iterator
 from concurrent.futures import TimeoutError
-from functools import partial
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache, partial
 from multiprocessing.connection import wait
-from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 from pebble import ProcessExpired, ProcessPool
 
-from plancurate.robots import load_world
+from plancurate.robots import Robot, Scene, load_world
 from plancurate.robots.shapes import FloatArray
-from plancurate.tasks.candidates.postprocess import Postprocessed, postprocess
+from plancurate.tasks.candidates.postprocess import Postprocess, Postprocessed, postprocess
 from plancurate.tasks.candidates.settings import TimingSettings, VerifySettings
 from plancurate.tasks.candidates.time_parameterisation import Timed
 
 TIMEOUT_S = 300.0  # for one trajectory, which takes a fraction of a second
 
 
+@dataclass(frozen=True)
+class Setting:
+    """What paths are postprocessed with; robot and scene by what they are loaded from."""
+
+    robot: str
+    scene: str
+    timing: TimingSettings
+    playback: VerifySettings
+
+
 class PostprocessPool:
-    """A `postprocess_path` for `generate_candidates` that many threads may call at once; use it in a `with` block.
+    """Processes that many threads may give paths to at once; use it in a `with` block.
 
     A process that crashes or hangs costs the one trajectory it was at, whose row says so; a new one takes its
     place. The processes end with the block, or with this process however that ends.
     """
 
-    def __init__(
-        self,
-        robot: str | Path,
-        scene: str | Path,
-        timing: TimingSettings,
-        playback: VerifySettings,
-        workers: int,
-    ) -> None:
-        """Start `workers` processes when the first path comes; each loads the robot and the scene by name."""
-        self._pool = ProcessPool(
-            max_workers=workers,
-            initializer=_start,
-            initargs=(robot, scene, timing, playback),
-            context=multiprocessing.get_context(
-                "spawn"
-            ),  # a fork would copy the threads' locks, held for ever
-        )
+    def __init__(self, workers: int) -> None:
+        """Start `workers` processes when the first path comes."""
+        # A fork would copy the threads' locks, held for ever.
+        spawn = multiprocessing.get_context("spawn")
+        self._pool = ProcessPool(max_workers=workers, initializer=_start, context=spawn)
 
     def __enter__(self) -> PostprocessPool:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._pool.stop()  # type: ignore[no-untyped-call]
         self._pool.join()
 
-    def __call__(self, path: FloatArray, target_position: FloatArray) -> Postprocessed:
+    def __call__(self, setting: Setting, path: FloatArray, target_position: FloatArray) -> Postprocessed:
         """Do `postprocess` in a process; blocks until it is done."""
-        job = self._pool.schedule(_postprocess, args=(path, target_position), timeout=TIMEOUT_S)
+        job = self._pool.schedule(_postprocess, args=(setting, path, target_position), timeout=TIMEOUT_S)
         try:
             return job.result()
         except ProcessExpired as crash:
@@ -68,18 +65,32 @@ class PostprocessPool:
             return _failed(f"timing and playback took longer than {TIMEOUT_S:g} s")
 
 
+_shared: PostprocessPool | None = None  # of this process: its planning threads have one in common
+
+
+@contextmanager
+def shared_pool(workers: int) -> Iterator[None]:
+    """While this lasts, `shared_postprocess` of this process works in that many other processes."""
+    global _shared
+    with PostprocessPool(workers) as _shared:
+        try:
+            yield
+        finally:
+            _shared = None
+
+
+def shared_postprocess(setting: Setting) -> Postprocess | None:
+    """Return what postprocesses paths in the shared processes; None outside `shared_pool`."""
+    return partial(_shared, setting) if _shared else None
+
+
 def _failed(reason: str) -> Postprocessed:
     return Postprocessed(Timed(np.empty((0, 0)), 0.0, "", reason), None, None, 0.0, 0.0)
 
 
-_postprocess_here: partial[Postprocessed]  # of a worker process
-
-
-def _start(robot: str | Path, scene: str | Path, timing: TimingSettings, playback: VerifySettings) -> None:
+def _start() -> None:
     """Prepare a worker process."""
-    global _postprocess_here
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    _postprocess_here = partial(postprocess, *load_world(robot, scene), timing=timing, playback=playback)
 
 
 def _end_with_parent() -> None:
@@ -89,5 +100,11 @@ def _end_with_parent() -> None:
     os._exit(1)
 
 
-def _postprocess(path: FloatArray, target_position: FloatArray) -> Postprocessed:
-    return _postprocess_here(path, target_position)
+@lru_cache(maxsize=8)
+def _loaded(setting: Setting) -> tuple[Robot, Scene]:
+    return load_world(setting.robot, setting.scene)
+
+
+def _postprocess(setting: Setting, path: FloatArray, target_position: FloatArray) -> Postprocessed:
+    robot, scene = _loaded(setting)
+    return postprocess(robot, scene, path, target_position, setting.timing, setting.playback)

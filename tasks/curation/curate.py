@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.pool import Pool, load_waypoints
-from plancurate.tasks.curation.selectors.base import STAGES, find_selector
+from plancurate.tasks.curation.selector_choice import SelectorChoice
+from plancurate.tasks.curation.selectors.base import STAGES
 from plancurate.tasks.curation.selectors.selection import (
     KEPT_COLUMNS,
     Selection,
@@ -27,43 +30,58 @@ _SAME = (
 def curate(
     lake: Lake,
     pool: Pool,
-    selector: str,
+    study: str,
+    choice: SelectorChoice,
     budget: int | None,
     seed: int,
-    params: Mapping[str, object] | None = None,
     *,
     robot: Robot,
     scene: Scene,
+    learning: LearningSettings,
     metadata: Mapping[str, str],
     clock: Callable[[], float] = time.perf_counter,
 ) -> Selection:
-    """Return the selection, made now or found in the lake; `metadata` goes in its part's footer.
+    """Return a study's selection, made now or found in the lake; `metadata` goes in its part's footer.
 
-    PlancurateError for an unknown selector, wrong parameters or a budget that the pool can't meet.
+    What another study selected from the same pool in the same way is taken over, measured times included.
+    `learning` are the study's settings, for selectors that train, roll out or time.
+    PlancurateError for a budget that the pool can't meet.
     """
-    chosen = find_selector(selector)
-    settings = chosen.parse(params or {}).model_dump()
-    key = selection_id(chosen, pool, checked_budget(chosen, budget), seed, settings)
-    partition = {**pool.partition, "selector": selector}
-    if key in lake.keys("selections", partition):
-        return stored_selection(lake, partition, key)
-    selection = select(
-        selector,
-        pool,
-        budget,
-        seed,
-        params,
-        robot=robot,
-        scene=scene,
-        waypoints=lambda ids: load_waypoints(lake, pool.partition, ids),
-        clock=clock,
-    )
-    lake.write("selections", partition, key, selection.rows(), metadata)
+    key = wanted_id(pool, choice, budget, seed, learning)
+    partition = {**pool.partition, "study": study}
+    own = key in lake.keys("selections", partition)
+    known = partition if own else lake.locate("selections", pool.partition, key)
+    if known is not None:
+        selection = replace(stored_selection(lake, known, key), selector=choice.label)
+    else:
+        selection = select(
+            choice.name,
+            pool,
+            budget,
+            seed,
+            choice.params,
+            robot=robot,
+            scene=scene,
+            waypoints=lambda ids: load_waypoints(lake, pool.partition, ids),
+            learning=learning,
+            clock=clock,
+        )
+    if not own:
+        lake.write("selections", partition, key, selection.rows(), metadata)
     return selection
 
 
+def wanted_id(
+    pool: Pool, choice: SelectorChoice, budget: int | None, seed: int, learning: LearningSettings
+) -> str:
+    """Name the selection that `curate` returns for the same arguments."""
+    chosen = choice.selector
+    settings = chosen.parse(choice.params).model_dump()
+    return selection_id(chosen, pool, checked_budget(chosen, budget), seed, settings, learning)
+
+
 def stored_selection(lake: Lake, partition: Mapping[str, str], key: str) -> Selection:
-    """Read a selection back from the partition (robot, scene, pool, selector) of the lake."""
+    """Read a selection back from the partition (robot, scene, pool, study) of the lake."""
     rows = lake.query("pool/selection", selection_id=key, **partition)
     first = {name: rows[name][0].as_py() for name in rows.column_names}
     return Selection(

@@ -81,7 +81,8 @@ _TARGETS = _schema(
 # One row a kept trajectory. `steps`, `weight` and `q` are null for one that is learnt from whole and as it is.
 _SELECTIONS = _schema(
     {
-        "selection_id": _TEXT, "seed": _INT, "pool_hash": _TEXT, "n_targets": _INT, "params": _TEXT,
+        "selection_id": _TEXT, "selector": _TEXT, "seed": _INT, "pool_hash": _TEXT, "n_targets": _INT,
+        "params": _TEXT,
         "trajectory_id": _TEXT, "target_id": _INT, "planner": _TEXT, "goal_index": _INT, "n_pool": _INT,
         "prepare_s": _REAL, "base_policy_s": _REAL, "rollouts_s": _REAL, "cluster_s": _REAL, "score_s": _REAL,
         "select_s": _REAL, "selection_time_s": _REAL,
@@ -95,8 +96,8 @@ _SELECTIONS = _schema(
 # One row a trial of a policy.
 _EVALUATIONS = _schema(
     {
-        "evaluation_id": _TEXT, "selection_id": _TEXT, "selector": _TEXT, "policy": _TEXT, "seed": _INT,
-        "n_kept": _INT, "selection_time_s": _REAL, "train_s": _REAL,
+        "evaluation_id": _TEXT, "selection_id": _TEXT, "selector": _TEXT, "selection_seed": _INT,
+        "policy": _TEXT, "seed": _INT, "n_kept": _INT, "selection_time_s": _REAL, "train_s": _REAL,
         "test_id": _INT, "kind": _TEXT, "x": _REAL, "y": _REAL, "z": _REAL,
         "success": _BOOL, "settled": _BOOL, "reached": _BOOL, "collided": _BOOL, "out_of_limits": _BOOL,
         "steps": _INT, "final_distance": _REAL, "settled_distance": _REAL, "path_length": _REAL,
@@ -105,10 +106,12 @@ _EVALUATIONS = _schema(
     {"budget": _INT, "target_id": _INT, "distance_cm": _INT},
 )  # fmt: skip
 
+# One row a pool of a study and time at which the study became the latest of its name.
 _STUDIES = _schema(
     {
-        "study_key": _TEXT, "config": _TEXT, "robot": _TEXT, "scene": _TEXT, "pool": _TEXT,
-        "created_at": pa.timestamp("us", tz="UTC"), "package_version": _TEXT, "ompl_version": _TEXT,
+        "name": _TEXT, "study_key": _TEXT, "config": _TEXT, "robot": _TEXT, "scene": _TEXT, "pool": _TEXT,
+        "pool_label": _TEXT, "planners": pa.list_(_TEXT), "n_targets": _INT,
+        "run_at": pa.timestamp("us", tz="UTC"), "package_version": _TEXT, "ompl_version": _TEXT,
     },
     {},
 )  # fmt: skip
@@ -120,8 +123,8 @@ TABLES = {
     for t in (
         Table("trajectories", (*_POOL_LEVELS, "planner"), ("trajectory_id",), _TRAJECTORIES),
         Table("targets", _POOL_LEVELS, ("target_id",), _TARGETS),
-        Table("selections", (*_POOL_LEVELS, "selector"), ("selection_id", "trajectory_id"), _SELECTIONS),
+        Table("selections", (*_POOL_LEVELS, "study"), ("selection_id", "trajectory_id"), _SELECTIONS),
         Table("evaluations", (*_POOL_LEVELS, "study"), ("evaluation_id", "kind", "test_id"), _EVALUATIONS),
-        Table("studies", ("study",), ("study_key",), _STUDIES),
+        Table("studies", ("study",), ("pool", "run_at"), _STUDIES),
     )
 }

@@ -45,7 +45,7 @@ def seeds(config: dict[str, Any]) -> dict[str, Any]:
         return {}
     return {
         "targets_and_planners": config["candidates"]["targets"]["seed"],
-        "selectors": config["selector_seed"],
+        "selectors": config["selection_seeds"],
         "training": config["seeds"],
         "tests": config["evaluation"]["seed"],
     }

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from plancurate import native
-from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.bounds import Seed
+from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 from plancurate.tasks.candidates.settings import GenerateSettings
-from plancurate.tasks.curation.selectors.base import selector_names
+from plancurate.tasks.candidates.sources import source_names
+from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.learning.policies import policy_names
-from plancurate.tasks.learning.rollouts import EvaluateSettings
-from plancurate.tasks.learning.train import TrainSettings
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
+from plancurate.yaml_files import merged, read_mapping
 
 PRESETS = Path(__file__).parent / "presets"
 # Further selectors take their time; the preset `paper` has them all.
@@ -23,8 +31,7 @@ BASIC_SELECTORS = (
     "General", "Random", "RuleBased_General", "KMeans", "DBSCAN", "Hierarchical",
     "KMeans_Hybrid", "DBSCAN_Hybrid", "Hierarchical_Hybrid",
 )  # fmt: skip
-# These say how fast a study runs and what it is called, not what comes out.
-UNIDENTIFYING = {"name", "workers", "targets_per_task"}
+Choice = Annotated[SelectorChoice, BeforeValidator(SelectorChoice.read)]
 
 
 class StudyConfig(BaseModel):
@@ -34,33 +41,69 @@ class StudyConfig(BaseModel):
 
     name: str = Field("quick", pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", description="Name of the study.")
     robot: str = Field("h2017", description="A registered robot, or a folder with robot.yaml and a URDF.")
-    scene: str = Field("free", description="A registered scene, or a YAML file.")
-    n_targets: int = Field(5, ge=1, description="Training targets.")
+    scenes: tuple[str, ...] = Field(
+        ("free",), min_length=1, description="Registered scenes, or YAML files; one table goes across them."
+    )
+    n_targets: int = Field(5, ge=1, le=1_000_000, description="Training targets in each pool.")
     planners: tuple[str, ...] = Field(
         tuple(planner.name for planner in native.planners()),  # not a factory: Prefect's form shows the value
         min_length=1,
-        description="OMPL planners by their class names.",
+        description="OMPL planners by their class names, or other registered trajectory sources.",
     )
     candidates: GenerateSettings = Field(
         default_factory=GenerateSettings, description="Targets, planning, timing and playback."
     )
-    selectors: tuple[str, ...] = Field(BASIC_SELECTORS, min_length=1, description="Selectors to compare.")
+    pools: dict[Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")], dict[str, Any]] = Field(
+        default={},
+        description="Variants of `candidates` by name, each with the fields that differ, such as "
+        "{raw: {plan: {simplification: 'off'}}}; each is a pool of its own in every scene. "
+        "Empty: `candidates` as it is.",
+    )
+    selectors: tuple[Choice, ...] = Field(
+        tuple(SelectorChoice(name=name) for name in BASIC_SELECTORS),
+        min_length=1,
+        description="Selectors to compare, by name or with parameters: {name: BehaviorRetrieval, task: shortest}.",
+    )
     budgets: tuple[int, ...] = Field((20,), min_length=1, description="Trajectories kept for each target.")
-    selector_seed: int = Field(0, ge=0, description="Seed of the selectors that draw at random.")
+    selection_seeds: tuple[Seed, ...] = Field(
+        (0,), min_length=1, description="Seeds of the selectors that draw at random."
+    )
     policies: tuple[str, ...] = Field(tuple(policy_names()), min_length=1, description="Policies to train.")
-    seeds: tuple[int, ...] = Field((0,), min_length=1, description="Training seeds.")
+    seeds: tuple[Seed, ...] = Field((0,), min_length=1, description="Training seeds.")
     training: TrainSettings = Field(TrainSettings(), description="Networks and optimisation.")
     evaluation: EvaluateSettings = Field(EvaluateSettings(), description="Tests and rollouts.")
-    unseen: int = Field(0, ge=0, description="Tests at fresh targets anywhere in the cube.")
-    workers: int = Field(2, ge=1, description="Planning tasks in flight at once.")
-    targets_per_task: int = Field(1, ge=1, description="Targets in one planning task; more for thousands.")
+    unseen: int = Field(0, ge=0, le=1_000_000, description="Tests at fresh targets anywhere in the region.")
+    workers: int = Field(2, ge=1, le=1024, description="Task runs in flight at once.")
+    targets_per_task: int = Field(
+        1, ge=1, le=1_000_000, description="Targets in one planning task; more for thousands."
+    )
+    runner: Literal["threads", "processes", "dask"] = Field(
+        "threads", description="Where task runs work: threads, processes, or a Dask cluster (extra `dask`)."
+    )
+    dask_scheduler: str | None = Field(
+        None,
+        description="Address of a running Dask scheduler; a local cluster of `workers` processes without.",
+    )
 
-    @field_validator("planners", "selectors", "policies", "budgets", "seeds")
+    @field_validator("scenes", "planners", "policies", "budgets", "seeds", "selection_seeds")
     @classmethod
     def _no_repeats(cls, values: tuple[Any, ...]) -> tuple[Any, ...]:
         if len(set(values)) != len(values):
             raise ValueError("names a value twice")
         return values
+
+    @field_validator("selectors")
+    @classmethod
+    def _one_of_each(cls, choices: tuple[SelectorChoice, ...]) -> tuple[SelectorChoice, ...]:
+        if len({choice.label for choice in choices}) != len(choices):
+            raise ValueError("names a selector twice with the same parameters")
+        return choices
+
+    @model_validator(mode="after")
+    def _variants_are_settings(self) -> StudyConfig:
+        for label in self.pools:
+            self.pool_settings(label)
+        return self
 
     @field_validator("budgets")
     @classmethod
@@ -72,12 +115,7 @@ class StudyConfig(BaseModel):
     @field_validator("planners")
     @classmethod
     def _known_planners(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        return known("planner", names, [planner.name for planner in native.planners()])
-
-    @field_validator("selectors")
-    @classmethod
-    def _known_selectors(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        return known("selector", names, selector_names())
+        return known("planner", names, source_names())
 
     @field_validator("policies")
     @classmethod
@@ -85,10 +123,17 @@ class StudyConfig(BaseModel):
         return known("policy", names, policy_names())
 
     @property
-    def key(self) -> str:
-        """Hash of everything that decides the results: two studies with the same key have the same numbers."""
-        text = self.model_dump_json(exclude=UNIDENTIFYING)
-        return hashlib.sha256(text.encode()).hexdigest()[:8]
+    def pool_labels(self) -> tuple[str, ...]:
+        """Names of the variants of `candidates`; a single empty one where there are none."""
+        return tuple(self.pools) or ("",)
+
+    def pool_settings(self, label: str) -> GenerateSettings:
+        """Return the candidates' settings of one variant; PlancurateError where they are wrong."""
+        values = merged(self.candidates.model_dump(mode="json"), self.pools.get(label, {}))
+        try:
+            return GenerateSettings.model_validate(values)
+        except ValidationError as error:
+            raise PlancurateError(first_problem(f"pools.{label}", error)) from None
 
 
 def known(kind: str, names: tuple[str, ...], valid: list[str]) -> tuple[str, ...]:
@@ -104,47 +149,26 @@ def preset_names() -> list[str]:
     return sorted(path.stem for path in PRESETS.glob("*.yaml"))
 
 
-def load_config(preset: str, file: Path | None, overrides: dict[str, Any]) -> StudyConfig:
+def load_config(preset: str, file: Path | None, options: dict[str, Any]) -> StudyConfig:
     """Build a configuration from a preset, then a YAML file, then single fields, each over the one before.
 
-    Raises PlancurateError naming the field, its value and what would be right.
+    `options` holds the fields given on the command line. Raises PlancurateError naming the field, its value and
+    what would be right.
     """
     if preset not in preset_names():
         raise UnknownNameError("preset", preset, preset_names())
-    values = read_yaml(PRESETS / f"{preset}.yaml")
-    if file is not None:
-        values = merged(values, read_yaml(file))
-    values = merged(values, {name: value for name, value in overrides.items() if value is not None})
+    written = read_mapping(file) if file else {}
+    values = merged(merged(read_mapping(PRESETS / f"{preset}.yaml"), written), options)
     try:
         return StudyConfig.model_validate(values)
     except ValidationError as error:
-        raise PlancurateError(first_problem(file or preset, error)) from None
+        field = field_of(error)
+        source = f"--{field.replace('_', '-')}" if holds(options, field) else f"{file or preset}: {field}"
+        raise PlancurateError(first_problem(source, error)) from None
 
 
-def read_yaml(file: Path) -> dict[str, Any]:
-    """Read a YAML file that holds a mapping; raises PlancurateError if it is missing or holds anything else."""
-    try:
-        values = yaml.safe_load(file.read_text())
-    except OSError as error:
-        raise PlancurateError(f"{file}: {error.strerror}; give a readable YAML file") from None
-    except yaml.YAMLError as error:
-        raise PlancurateError(f"{file}: not YAML: {' '.join(str(error).split())}") from None
-    if not isinstance(values, dict):
-        raise PlancurateError(f"{file}: holds {type(values).__name__}, a mapping of fields would be right")
-    return values
-
-
-def merged(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
-    """Return base with over's values put in, mapping by mapping."""
-    result = dict(base)
-    for name, value in over.items():
-        both = isinstance(value, dict) and isinstance(result.get(name), dict)
-        result[name] = merged(result[name], value) if both else value
-    return result
-
-
-def first_problem(source: Path | str, error: ValidationError) -> str:
-    """Say in one line what pydantic found first: source, field, value, what would be right."""
-    problem = error.errors(include_url=False)[0]
-    field = ".".join(str(part) for part in problem["loc"])
-    return f"{source}: {field} = {problem['input']!r}: {problem['msg']}"
+def holds(values: dict[str, Any], field: str) -> bool:
+    """Say whether a dotted field, or something of it, is among the values."""
+    head, _, rest = field.partition(".")
+    inner = values.get(head)
+    return holds(inner, rest) if rest and isinstance(inner, dict) else head in values

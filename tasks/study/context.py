@@ -1,30 +1,173 @@
-"""Where a study works: its robot, scene, pool and lake, opened once and handed to every task."""
+"""What a study works with: its robot, scenes, pools and lake, loaded from a configuration and a home folder."""
 
 from __future__ import annotations
 
-from plancurate import native
-from plancurate.robots import load_robot, load_scene
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import combinations
+
+from plancurate import __version__, native
+from plancurate.errors import PlancurateError
+from plancurate.robots import Robot, Scene, load_world
 from plancurate.tasks.candidates.generate import pool_id
+from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.candidates.sources import find_source
 from plancurate.tasks.candidates.targets import require_free_home
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.learning import rollouts, train
+from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.identity import digest
+
+# What these say is in the ids of the pools, or says only how fast a study runs and what it is called.
+_NOT_IN_KEY = {
+    "name", "robot", "scenes", "candidates", "pools", "planners",
+    "workers", "targets_per_task", "runner", "dask_scheduler",
+}  # fmt: skip
 
 
-class Workplace:
-    """A plain class on purpose: Prefect looks into dataclasses and models that are passed to a task, not into this."""
+@dataclass(frozen=True, eq=False)
+class PoolContext:
+    """One pool of a study: candidates of one scene, made with one variant of the settings."""
 
-    def __init__(self, config: StudyConfig, home: Home) -> None:
-        """Load what the configuration names; raises PlancurateError for what is not there."""
-        self.config, self.home = config, home
-        self.robot, self.scene = load_robot(config.robot), load_scene(config.scene)
-        require_free_home(self.robot, self.scene)
-        self.lake = Lake(home.lake)
-        self.pool = pool_id(self.robot, self.scene, config.candidates)
-        self.partition = {"robot": self.robot.name, "scene": self.scene.name, "pool": self.pool}
-        self.metadata = {
+    pool: str
+    """The pool's id, a hash of all that decides its candidates."""
+    label: str
+    """The variant's name; empty where the study has a single one."""
+    robot: Robot
+    scene: Scene
+    scene_source: str
+    """The scene as the configuration names it: what another process loads it by."""
+    settings: GenerateSettings
+
+    @property
+    def partition(self) -> dict[str, str]:
+        """Return where the lake keeps the pool."""
+        return {"robot": self.robot.name, "scene": self.scene.name, "pool": self.pool}
+
+    @property
+    def metadata(self) -> dict[str, str]:
+        """What the footers of the pool's parts say of where they come from."""
+        return {
             "pool": self.pool,
-            "seed": str(config.candidates.targets.seed),
-            "settings": config.candidates.model_dump_json(),
+            "seed": str(self.settings.targets.seed),
+            "settings": self.settings.model_dump_json(),
             "ompl_version": native.ompl_version(),
         }
+
+    def learning(self, config: StudyConfig) -> LearningSettings:
+        """Return the study's settings as selectors that train, roll out or time use them."""
+        return LearningSettings(config.training, config.evaluation, self.settings.timing)
+
+    @property
+    def title(self) -> str:
+        """Name the pool for a person."""
+        return f"{self.scene.name} {self.label}".strip()
+
+
+@dataclass(frozen=True, eq=False)
+class StudyContext:
+    """A study opened: everything that its stages work with."""
+
+    config: StudyConfig
+    home: Home
+    pools: tuple[PoolContext, ...]
+
+    @cached_property
+    def lake(self) -> Lake:
+        """The lake of the home folder."""
+        return Lake(self.home.lake)
+
+    @cached_property
+    def key(self) -> str:
+        """Hash of everything that decides the results: two studies with the same key have the same numbers."""
+        config = self.config
+        content = {
+            "pools": [[pool.label, pool.pool] for pool in self.pools],
+            "config": config.model_dump(mode="json", exclude=_NOT_IN_KEY),
+            "planners": sorted(self.sources),
+            "selectors": [[c.selector.origin, c.selector.revision] for c in config.selectors],
+            "policies": [kind_of(name).revision for name in config.policies],
+            "stages": [train.REVISION, rollouts.REVISION],
+        }
+        return digest(content, 8)
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """What the lake keeps the trajectories of each planner under."""
+        return tuple(find_source(name).label for name in self.config.planners)
+
+    @property
+    def study(self) -> str:
+        """The study's identifier in the lake and in MLflow: changed settings under a name are another study."""
+        return f"{self.config.name}-{self.key}"
+
+    @property
+    def metadata(self) -> dict[str, str]:
+        """What the footer of every part says of where it comes from."""
+        return {"study": self.study, "package_version": __version__, "ompl_version": native.ompl_version()}
+
+    def pool(self, pool: str) -> PoolContext:
+        """Return the pool of that id."""
+        return next(context for context in self.pools if context.pool == pool)
+
+    def study_partition(self, pool: PoolContext) -> dict[str, str]:
+        """Return where the lake keeps what the study made of a pool."""
+        return {**pool.partition, "study": self.study}
+
+
+@dataclass(frozen=True)
+class StudyRef:
+    """A study as a task receives it: plain text that crosses to any thread, process or machine."""
+
+    config: str
+    """JSON."""
+    home: str
+    key: str
+    """What the study was when its flow began."""
+
+    def open(self) -> StudyContext:
+        """Open the study; PlancurateError when a file that it is made of changed since its flow began."""
+        return _opened(self)
+
+
+def open_study(config: StudyConfig, home: Home) -> StudyContext:
+    """Load what the configuration names; raises PlancurateError for what is not there or does not fit."""
+    pools = tuple(_pools(config))
+    for one, other in combinations(pools, 2):
+        if one.title == other.title:
+            raise PlancurateError(f"scenes: two are called '{one.scene.name}'; rename one of the files")
+        if one.pool == other.pool:
+            raise PlancurateError(
+                f"pools: '{one.title}' and '{other.title}' are made alike; name only one of them"
+            )
+    return StudyContext(config, home, pools)
+
+
+def reference(study: StudyContext) -> StudyRef:
+    """Return what a task needs to open the study again."""
+    return StudyRef(study.config.model_dump_json(), str(study.home.root), study.key)
+
+
+def _pools(config: StudyConfig) -> Iterator[PoolContext]:
+    for source in config.scenes:
+        robot, scene = load_world(config.robot, source)
+        require_free_home(robot, scene)
+        for label in config.pool_labels:
+            settings = config.pool_settings(label)
+            yield PoolContext(pool_id(robot, scene, settings), label, robot, scene, source, settings)
+
+
+@lru_cache(maxsize=4)  # loading a robot takes longer than what many a task does with it
+def _opened(reference: StudyRef) -> StudyContext:
+    config = StudyConfig.model_validate_json(reference.config)
+    study = open_study(config, Home.resolve(reference.home))
+    if study.key != reference.key:
+        raise PlancurateError(
+            f"study {config.name}: a file of robot {config.robot} or of scenes {', '.join(config.scenes)} changed "
+            "while it ran; start it again"
+        )
+    return study

@@ -21,6 +21,9 @@ REPORT_FIELDS = (
 class ResultRow:
     """A policy trained on one selection with one seed; distances in m, joint movement in rad, time in s."""
 
+    scene: str
+    pool_label: str
+    selection_seed: int
     selector: str
     budget: int | None
     policy: str

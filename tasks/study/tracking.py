@@ -11,6 +11,7 @@ import json
 import logging
 import math
 import os
+import sqlite3
 import tempfile
 import time
 import urllib.error
@@ -22,13 +23,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from plancurate.errors import PlancurateError
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study.artifact_roots import adopt_artifacts
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
 
 NOTE = "mlflow.note.content"
 PARENT = "mlflow.parentRunId"
-STUDY_KEY = "plancurate.study_key"
+STUDY = "plancurate.study"  # the same identifier as in the lake
 EVALUATION = "plancurate.evaluation_id"
 VIEW = "mlflow.sharedViewState.results"  # a saved view of the page of runs, opened by a link to its name
 VIEW_LINK = "#/experiments/{}/runs?viewStateShareKey=results&workflowType=machine_learning"
@@ -58,6 +61,7 @@ class StudyRun:
     uri: str
     experiment_id: str
     run_id: str
+    study: str
     logged: frozenset[str]
 
 
@@ -77,6 +81,8 @@ class ChildRun:
     selection_id: str
     n_kept: int
     model_folder: Path
+    model_inputs: int
+    """Numbers in a row that the served model takes."""
     dof: int
     tags: Mapping[str, str]
 
@@ -94,6 +100,7 @@ class ChildRun:
 def ensure_store(database: Path) -> str:
     """URI of the MLflow store: `MLFLOW_TRACKING_URI` where it is set, else the SQLite file, made if missing.
 
+    A home that was copied or moved finds its models and artifacts in its own folder from then on.
     Raises PlancurateError for a server that does not answer or a database that this MLflow can't use.
     """
     if configured := os.environ.get("MLFLOW_TRACKING_URI"):
@@ -108,26 +115,27 @@ def ensure_store(database: Path) -> str:
         fcntl.flock(lock, fcntl.LOCK_EX)  # two processes that make the tables at once both fail
         try:
             _client(uri)
-        except (MlflowException, SQLAlchemyError) as error:
+            adopt_artifacts(database, Home(database.parent).artifacts, VIEW)
+        except (MlflowException, SQLAlchemyError, sqlite3.Error) as error:
             reason = " ".join(str(error).split())
             raise PlancurateError(f"{database}: not a database that this MLflow can use: {reason}") from None
     return uri
 
 
 def start_study(
-    uri: str, artifacts: Path, name: str, key: str, params: Mapping[str, object], tags: Mapping[str, str]
+    uri: str, artifacts: Path, name: str, study: str, params: Mapping[str, object], tags: Mapping[str, str]
 ) -> StudyRun:
-    """Open the parent run of the study `name` with this configuration's `key`, anew or where it was left."""
+    """Open the parent run of `study`, name and key, in the experiment `name`, anew or where it was left."""
     client = _client(uri)
     experiment_id = _experiment(client, uri, artifacts, name)
-    found = client.search_runs([experiment_id], f"tags.`{STUDY_KEY}` = '{key}'", max_results=1)
+    found = client.search_runs([experiment_id], f"attributes.run_name = '{study}'", max_results=1)
     if found:
         run_id = found[0].info.run_id
         client.update_run(run_id, status="RUNNING")
-        return StudyRun(uri, experiment_id, run_id, _logged(client, experiment_id, run_id))
-    run = client.create_run(experiment_id, run_name=f"{name} {key}", tags={**tags, STUDY_KEY: key})
+        return StudyRun(uri, experiment_id, run_id, study, _logged(client, experiment_id, run_id))
+    run = client.create_run(experiment_id, run_name=study, tags={**tags, STUDY: study})
     client.log_batch(run.info.run_id, params=_params(params))
-    return StudyRun(uri, experiment_id, run.info.run_id, frozenset())
+    return StudyRun(uri, experiment_id, run.info.run_id, study, frozenset())
 
 
 def log_child(study: StudyRun, child: ChildRun) -> str | None:
@@ -144,6 +152,7 @@ def log_child(study: StudyRun, child: ChildRun) -> str | None:
     tags = {
         **child.tags,
         PARENT: study.run_id,
+        STUDY: study.study,
         EVALUATION: child.evaluation_id,
         "plancurate.pool_hash": child.pool_hash,
         "plancurate.selection_id": child.selection_id,
@@ -294,7 +303,7 @@ def _log_model(client: MlflowClient, experiment_id: str, run_id: str, child: Chi
     from mlflow.types import Schema, TensorSpec
 
     signature = ModelSignature(
-        inputs=Schema([TensorSpec(np.dtype(np.float64), (-1, 3 + child.dof))]),
+        inputs=Schema([TensorSpec(np.dtype(np.float64), (-1, child.model_inputs))]),
         outputs=Schema([TensorSpec(np.dtype(np.float64), (-1, child.dof))]),
     )
     model = client.create_logged_model(
@@ -308,7 +317,7 @@ def _log_model(client: MlflowClient, experiment_id: str, run_id: str, child: Chi
             data_path=str(child.model_folder),
             mlflow_model=Model(run_id=run_id, model_id=model.model_id),
             signature=signature,
-            input_example=np.zeros((1, 3 + child.dof)),
+            input_example=np.zeros((1, child.model_inputs)),
             pip_requirements=REQUIREMENTS,
         )
         client.log_model_artifacts(model.model_id, path)

@@ -9,7 +9,7 @@ import pytest
 
 from plancurate.robots import load_robot, load_scene
 from plancurate.tasks.candidates.generate import generate_candidates
-from plancurate.tasks.candidates.postprocess_pool import PostprocessPool
+from plancurate.tasks.candidates.postprocess_pool import Setting, shared_pool, shared_postprocess
 from plancurate.tasks.candidates.settings import GenerateSettings, PlanSettings
 from plancurate.tasks.candidates.targets import sample_targets
 
@@ -23,8 +23,8 @@ PLANNERS = ["RRTConnect", "KPIECE1", "EST"]
 
 @pytest.fixture(scope="module")
 def postprocess_path():
-    with PostprocessPool("h2017", "table", SETTINGS.timing, SETTINGS.verify, workers=2) as pool:
-        yield pool
+    with shared_pool(workers=2):
+        yield shared_postprocess(Setting("h2017", "table", SETTINGS.timing, SETTINGS.verify))
 
 
 def test_processes_write_the_same_rows(postprocess_path):
@@ -54,12 +54,12 @@ def test_errors_of_the_program_are_raised_not_written_down(postprocess_path):
 ORPHANS = """
 import sys, time
 from plancurate.robots import load_robot
-from plancurate.tasks.candidates.postprocess_pool import PostprocessPool
-from plancurate.tasks.candidates.generate import GenerateSettings
+from plancurate.tasks.candidates.postprocess_pool import PostprocessPool, Setting
+from plancurate.tasks.candidates.settings import GenerateSettings
 if __name__ == "__main__":
     settings, home = GenerateSettings(), load_robot("h2017").home
-    postprocess_path = PostprocessPool("h2017", "free", settings.timing, settings.verify, workers=2)
-    postprocess_path(home[None], home[:3])
+    pool = PostprocessPool(workers=2)
+    pool(Setting("h2017", "free", settings.timing, settings.verify), home[None], home[:3])
     print("ready", flush=True)
     time.sleep(60)
 """

@@ -1,18 +1,27 @@
 from __future__ import annotations
 
 import json
-from functools import partial
+import time
+from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots import load_robot, load_scene
+from plancurate.tasks.candidates.time_parameterisation import TimingSettings
 from plancurate.tasks.curation import curate as steps
-from plancurate.tasks.curation.pool import load_pool
+from plancurate.tasks.curation.learning_settings import LearningSettings
+from plancurate.tasks.curation.pool import Pool, load_pool
+from plancurate.tasks.curation.selector_choice import SelectorChoice
+from plancurate.tasks.curation.selectors import base as registry
 from plancurate.tasks.curation.selectors.base import Kept, Problem, Settings, selector, selector_names
+from plancurate.tasks.curation.selectors.selection import Selection
 from plancurate.tasks.lake import Lake
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 
-curate = partial(steps.curate, robot=load_robot("h2017"), scene=load_scene("free"))
+ROBOT, SCENE, STUDY = load_robot("h2017"), load_scene("free"), "one-12345678"
+LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 PARTITION = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 BUILT_IN = (
     "General", "Random", "RuleBased_General", "KMeans", "DBSCAN", "Hierarchical",
@@ -20,26 +29,70 @@ BUILT_IN = (
 )  # fmt: skip
 
 
+def curate(
+    lake: Lake,
+    pool: Pool,
+    name: str,
+    budget: int | None,
+    seed: int,
+    params: dict[str, object] | None = None,
+    *,
+    study: str = STUDY,
+    clock: Callable[[], float] = time.perf_counter,
+) -> Selection:
+    choice = SelectorChoice(name=name, **(params or {}))
+    return steps.curate(
+        lake, pool, study, choice, budget, seed, robot=ROBOT, scene=SCENE, metadata={}, clock=clock
+    )
+
+
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_a_selection_is_recorded_and_making_it_again_changes_nothing(small_lake: Lake, name: str) -> None:
     pool = load_pool(small_lake, PARTITION)
-    first = curate(small_lake, pool, name, 2, 5, metadata={"config_hash": "c"})
+    first = curate(small_lake, pool, name, 2, 5)
     parts = {path: path.stat().st_mtime_ns for path in small_lake.root.rglob("part-*.parquet")}
-    again = curate(small_lake, pool, name, 2, 5, metadata={"config_hash": "c"})
+    again = curate(small_lake, pool, name, 2, 5)
     assert {path: path.stat().st_mtime_ns for path in small_lake.root.rglob("part-*.parquet")} == parts
     assert again.kept.to_pydict() == first.kept.to_pydict()
     for field in ("selection_id", "budget", "seed", "params", "pool_hash", "seconds", "selection_time_s"):
         assert getattr(again, field) == getattr(first, field)
-    rows = small_lake.read("selections", {**PARTITION, "selector": name})
+    rows = small_lake.read("selections", {**PARTITION, "study": STUDY})
     assert set(rows["trajectory_id"].to_pylist()) == set(first.ids)
     assert rows["n_pool"].to_pylist()[0] == pool.candidates.num_rows
     assert json.loads(rows["params"][0].as_py()) == first.params
 
 
+def test_what_another_study_selected_in_the_same_way_is_taken_over(small_lake: Lake) -> None:
+    pool = load_pool(small_lake, PARTITION)
+    first = curate(small_lake, pool, "KMeans_Hybrid", 2, 5)
+    ticks = iter(range(1000, 2000))
+    other = curate(small_lake, pool, "KMeans_Hybrid", 2, 5, study="two-1", clock=lambda: next(ticks) ** 2.0)
+    assert other.selection_time_s == first.selection_time_s
+    rows = {study: small_lake.read("selections", {**PARTITION, "study": study}) for study in (STUDY, "two-1")}
+    assert rows[STUDY].drop_columns("study").equals(rows["two-1"].drop_columns("study"))
+
+
+def test_an_edited_selector_does_not_return_the_old_selection(
+    small_lake: Lake, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pool = load_pool(small_lake, PARTITION)
+    first = curate(small_lake, pool, "KMeans", 2, 0)
+    chosen = registry.find_selector("KMeans")
+    monkeypatch.setitem(registry._registry, "KMeans", replace(chosen, revision=chosen.revision + 1))
+    assert curate(small_lake, pool, "KMeans", 2, 0).selection_id != first.selection_id
+
+
+def test_parameters_that_were_given_are_part_of_the_name_in_tables(small_lake: Lake) -> None:
+    selection = curate(
+        small_lake, load_pool(small_lake, PARTITION), "KMeans_Hybrid", 1, 0, {"scaling": "raw"}
+    )
+    assert selection.selector == "KMeans_Hybrid(scaling=raw)"
+
+
 def test_stages_add_up_to_at_most_the_selection_time(small_lake: Lake) -> None:
     ticks = iter(range(100))
     pool = load_pool(small_lake, PARTITION)
-    selection = curate(small_lake, pool, "KMeans_Hybrid", 1, 0, metadata={}, clock=lambda: float(next(ticks)))
+    selection = curate(small_lake, pool, "KMeans_Hybrid", 1, 0, clock=lambda: float(next(ticks)))
     spent = {stage: seconds for stage, seconds in selection.seconds.items() if seconds}
     assert spent == {"prepare": 1.0, "cluster": 1.0, "score": 1.0, "select": 2.0}
     assert selection.selection_time_s == 11.0
@@ -53,18 +106,18 @@ def test_other_settings_make_another_selection(small_lake: Lake) -> None:
         ("KMeans_Hybrid", 2, 1, {}),
         ("KMeans_Hybrid", 2, 0, {"scaling": "raw"}),
     ]
-    ids = {curate(small_lake, pool, *request, metadata={}).selection_id for request in asked}
+    ids = {curate(small_lake, pool, *request).selection_id for request in asked}
     assert len(ids) == 4
-    spelt_out = curate(small_lake, pool, "KMeans_Hybrid", 2, 0, {"scaling": "zscore"}, metadata={})
+    spelt_out = curate(small_lake, pool, "KMeans_Hybrid", 2, 0, {"scaling": "zscore"})
     assert spelt_out.selection_id in ids
 
 
 def test_general_keeps_all_whatever_the_budget(small_lake: Lake) -> None:
     pool = load_pool(small_lake, PARTITION)
-    first = curate(small_lake, pool, "General", None, 0, metadata={})
+    first = curate(small_lake, pool, "General", None, 0)
     assert first.budget is None
     assert first.ids == sorted(pool.candidates["trajectory_id"].to_pylist())
-    assert curate(small_lake, pool, "General", 7, 0, metadata={}).selection_id == first.selection_id
+    assert curate(small_lake, pool, "General", 7, 0).selection_id == first.selection_id
 
 
 @pytest.mark.parametrize(
@@ -90,14 +143,14 @@ def test_requests_that_cannot_be_met_are_one_line_errors(
 ) -> None:
     pool = load_pool(small_lake, PARTITION)
     with pytest.raises(PlancurateError, match=message) as caught:
-        curate(small_lake, pool, name, budget, 0, params, metadata={})
+        curate(small_lake, pool, name, budget, 0, params)
     assert "\n" not in str(caught.value)
-    assert not small_lake.keys("selections", {**PARTITION, "selector": name})
+    assert not small_lake.keys("selections", {**PARTITION, "study": STUDY})
 
 
 def test_an_unknown_selector_names_the_nearest(small_lake: Lake) -> None:
     with pytest.raises(UnknownNameError, match="did you mean KMeans_Hybrid"):
-        curate(small_lake, load_pool(small_lake, PARTITION), "KMean_Hybrid", 1, 0, metadata={})
+        curate(small_lake, load_pool(small_lake, PARTITION), "KMean_Hybrid", 1, 0)
 
 
 def test_a_selector_of_ones_own_may_look_at_waypoints(small_lake: Lake) -> None:
@@ -112,5 +165,5 @@ def test_a_selector_of_ones_own_may_look_at_waypoints(small_lake: Lake) -> None:
         return Kept(sorted(range(len(ids)), key=first_step.__getitem__)[: problem.budget])
 
     assert "Straightest" in selector_names()
-    selection = curate(small_lake, load_pool(small_lake, PARTITION), "Straightest", 3, 0, metadata={})
+    selection = curate(small_lake, load_pool(small_lake, PARTITION), "Straightest", 3, 0)
     assert len(selection.ids) == 3

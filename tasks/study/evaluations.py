@@ -1,0 +1,110 @@
+"""A study's evaluations: its tests, and how networks are rolled out on them and recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pyarrow as pa
+import torch
+
+from plancurate.tasks.candidates.target_table import stored_targets
+from plancurate.tasks.candidates.targets import sample_targets
+from plancurate.tasks.learning import rollouts
+from plancurate.tasks.learning.policies import TrainedPolicy
+from plancurate.tasks.learning.test_targets import (
+    TESTS_BY_DISTANCE,
+    TargetsUnderTest,
+    displaced_tests,
+    join_tests,
+    unseen_tests,
+)
+from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.context import PoolContext, StudyContext
+from plancurate.tasks.study.identity import digest
+from plancurate.tasks.study.networks import Network, load_network, wanted_networks
+from plancurate.tasks.study.selections import make_selection, study_pool, wanted_selections
+
+UNSEEN_SEED_OFFSET = 1_000_003  # unseen targets come from another seed than the training targets
+
+
+def study_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
+    """Return a pool's tests: training targets displaced, and fresh targets where the study asks for some."""
+    config = study.config
+    targets = stored_targets(study.lake, pool.partition)[: config.n_targets]
+    displaced = displaced_tests(targets, config.evaluation.seed)
+    if not config.unseen:
+        return displaced
+    seed = config.evaluation.seed + UNSEEN_SEED_OFFSET
+    settings = pool.settings.targets.model_copy(update={"seed": seed})
+    fresh = sample_targets(pool.robot, pool.scene, settings, 0, config.unseen)
+    return join_tests(displaced, unseen_tests(fresh))
+
+
+def evaluation_id(study: StudyContext, network: Network) -> str:
+    """Name an evaluation by the network and everything that its tests and rollouts depend on."""
+    config = study.config
+    settings = config.evaluation.model_dump(mode="json", exclude={"device"})
+    content = [network.selection.pool, config.n_targets, config.unseen, settings, rollouts.REVISION]
+    return f"{network.network_id}-{digest(content, 8)}"
+
+
+def tests_per_network(config: StudyConfig) -> int:
+    """Count the tests of one network."""
+    return config.n_targets * sum(TESTS_BY_DISTANCE.values()) + config.unseen
+
+
+def missing_evaluations(study: StudyContext) -> list[Network]:
+    """Return the networks whose trials the lake lacks, taking over those that other studies made."""
+    missing = []
+    for pool in study.pools:
+        known = study.lake.keys("evaluations", study.study_partition(pool))
+        wanted = wanted_networks(study, wanted_selections(study, pool, study_pool(study, pool)))
+        left = [network for network in wanted if evaluation_id(study, network) not in known]
+        missing += [network for network in left if not _take_over(study, pool, network)]
+    return missing
+
+
+def _take_over(study: StudyContext, pool: PoolContext, network: Network) -> bool:
+    """Record trials that another study has made of the same network on the same tests, if one has."""
+    key = evaluation_id(study, network)
+    partition = study.lake.locate("evaluations", pool.partition, key)
+    if partition is None:
+        return False
+    rows = study.lake.query("study/trials", evaluation_id=key, **partition)
+    study.lake.write("evaluations", study.study_partition(pool), key, rows, study.metadata)
+    return True
+
+
+def evaluate_networks(study: StudyContext, networks: Sequence[Network]) -> int:
+    """Roll networks of one policy and pool out together, write one part of trials for each.
+
+    Gives how many rollouts.
+    """
+    torch.set_num_threads(1)  # a group a core, as in training
+    pool = study.pool(networks[0].selection.pool)
+    tests = study_tests(study, pool)
+    trained = [load_network(study, network) for network in networks]
+    tables = rollouts.roll_out(trained, pool.robot, pool.scene, tests, study.config.evaluation)
+    for network, policy, trials in zip(networks, trained, tables, strict=True):
+        rows = trial_rows(study, network, policy, trials)
+        key = evaluation_id(study, network)
+        study.lake.write("evaluations", study.study_partition(pool), key, rows, study.metadata)
+    return len(networks) * len(tests)
+
+
+def trial_rows(study: StudyContext, network: Network, trained: TrainedPolicy, trials: pa.Table) -> pa.Table:
+    """Join trials with what was tested, as rows of `evaluations`."""
+    selection = make_selection(study, network.selection)
+    same = {
+        "evaluation_id": evaluation_id(study, network),
+        "selection_id": selection.selection_id,
+        "selector": selection.selector,
+        "budget": selection.budget,
+        "selection_seed": selection.seed,
+        "policy": network.policy,
+        "seed": network.seed,
+        "n_kept": len(selection.kept),
+        "selection_time_s": selection.selection_time_s,
+        "train_s": trained.train_s,
+    }
+    return pa.Table.from_pylist([same | trial for trial in trials.to_pylist()])

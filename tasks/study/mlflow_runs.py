@@ -1,0 +1,109 @@
+"""What MLflow shows of a study: a parent run for the study and a child run for each network."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from plancurate.tasks.curation.selectors.selection import Selection
+from plancurate.tasks.learning.policies import TrainedPolicy
+from plancurate.tasks.learning.policies.serving import ServedPolicy
+from plancurate.tasks.study.context import StudyContext
+from plancurate.tasks.study.evaluations import evaluation_id
+from plancurate.tasks.study.networks import Network, load_network, network_folder
+from plancurate.tasks.study.results import ResultRow, result_rows
+from plancurate.tasks.study.selections import make_selection
+from plancurate.tasks.study.tracking import ChildRun, StudyRun, ensure_store, log_child, start_study
+
+Cell = tuple[str, str, str, int | None, int, str, int]
+"""Scene, pool's label, selector, budget, selection seed, policy and training seed: what one network is."""
+
+
+def open_parent_run(study: StudyContext) -> StudyRun:
+    """Open the study's parent run in MLflow, anew or where it was left."""
+    config = study.config
+    flat = {name: value for name, value in config.model_dump(mode="json").items() if name != "candidates"}
+    scenes = dict.fromkeys(pool.scene.name for pool in study.pools)
+    tags = {"robot": study.pools[0].robot.name, "scene": ", ".join(scenes), "study": config.name}
+    uri = ensure_store(study.home.mlflow_db)
+    return start_study(uri, study.home.artifacts, config.name, study.study, flat, tags)
+
+
+def log_networks(study: StudyContext, run: StudyRun, networks: Sequence[Network]) -> None:
+    """Record one child run for each of these networks, unless an earlier run of the study did."""
+    rows = {cell_of_row(row): row for row in result_rows(study.lake, study.study)}
+    for network in networks:
+        log_child(run, child_run(study, network, rows[cell_of_network(study, network)]))
+
+
+def cell_of_row(row: ResultRow) -> Cell:
+    """Say which network a result row is about."""
+    return row.scene, row.pool_label, row.selector, row.budget, row.selection_seed, row.policy, row.seed
+
+
+def cell_of_network(study: StudyContext, network: Network) -> Cell:
+    """Say which network a network is, in the words of result rows."""
+    wanted, pool = network.selection, study.pool(network.selection.pool)
+    return (
+        pool.scene.name,
+        pool.label,
+        wanted.choice.label,
+        wanted.budget,
+        wanted.seed,
+        network.policy,
+        network.seed,
+    )
+
+
+def child_run(study: StudyContext, network: Network, row: ResultRow) -> ChildRun:
+    """Gather what MLflow shows of one network."""
+    pool = study.pool(network.selection.pool)
+    selection, policy = make_selection(study, network.selection), load_network(study, network)
+    return ChildRun(
+        evaluation_id=evaluation_id(study, network),
+        selector=selection.selector,
+        budget=selection.budget,
+        policy=network.policy,
+        seed=network.seed,
+        params=shown_params(study, selection, policy),
+        metrics=shown_metrics(row, selection, policy),
+        loss_curve=policy.loss_curve,
+        pool_hash=selection.pool_hash,
+        selection_id=selection.selection_id,
+        n_kept=row.n_kept,
+        model_folder=network_folder(study, network),
+        model_inputs=ServedPolicy(policy).inputs,
+        dof=pool.robot.dof,
+        tags={"robot": pool.robot.name, "scene": pool.scene.name, "pool": pool.pool},
+    )
+
+
+def shown_params(study: StudyContext, selection: Selection, policy: TrainedPolicy) -> dict[str, object]:
+    """Return how a network came to be."""
+    return {
+        "steps": study.config.training.steps,
+        "learning_rate": study.config.training.learning_rate,
+        "selection_seed": selection.seed,
+        **{f"policy.{name}": value for name, value in policy.policy.model_dump().items()},
+        **{f"selector.{name}": value for name, value in selection.params.items()},
+    }
+
+
+def shown_metrics(row: ResultRow, selection: Selection, policy: TrainedPolicy) -> dict[str, float]:
+    """Return what a network achieved, and what it cost."""
+    return {
+        "success_rate": row.success_rate,
+        "success_rate_ci_low": row.ci_low,
+        "success_rate_ci_high": row.ci_high,
+        "settled_rate": row.settled_rate,
+        "settled_rate_ci_low": row.settled_ci_low,
+        "settled_rate_ci_high": row.settled_ci_high,
+        "final_distance": row.final_distance,
+        "path_length": row.path_length,
+        "joint_movement": row.joint_movement,
+        "selection_time_s": row.selection_time_s,
+        **{f"selection_{name}_s": seconds for name, seconds in selection.seconds.items()},
+        "train_time_s": policy.train_s,
+        **{f"policy_{name}": value for name, value in policy.diagnostics.items()},
+        "n": row.n,
+        "n_kept": row.n_kept,
+    }
