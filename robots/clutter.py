@@ -18,10 +18,13 @@ GRAMMAR = re.compile(r"clutter(?::(\d{1,9})(?::(\d{1,3})(?::(0?\.\d{1,4}))?)?)?"
 MOST = 100
 DRAWS = 50  # places tried for each obstacle
 START_CLEARANCE = 0.04  # share of the reach that an obstacle keeps to the arm at home
-INNER, OUTER = 0.3, 0.85  # how far from the shoulder's axis obstacles lie, shares of the reach
-LOWEST, HIGHEST = -0.1, 0.75  # ditto above the shoulder
-SECTOR = 1.6  # rad to either side of the x axis
-TARGETS = RegionEntry(min=(0.2, -0.45, 0.0), max=(0.7, 0.45, 0.6))
+INNER, OUTER = 0.4, 0.8  # how far from the shoulder's axis obstacles lie, shares of the reach
+LOWEST, HIGHEST = 0.0, 0.6  # ditto above the shoulder
+SECTOR = 1.2  # rad to either side of the x axis
+TARGETS = {
+    "left": RegionEntry(min=(0.2, 0.25, 0.0), max=(0.6, 0.6, 0.5)),
+    "right": RegionEntry(min=(0.2, -0.6, 0.0), max=(0.6, -0.25, 0.5)),
+}
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ def clutter_file(parameters: ClutterParameters, robot: Robot) -> SceneFile:
             if _leaves_home_free(drawn, frame, robot):
                 kept.append(drawn)
                 break
-    return SceneFile(ground=0.0, scale="reach", regions={"front": TARGETS}, shapes=tuple(kept))
+    return SceneFile(ground=0.0, scale="reach", regions=TARGETS, shapes=tuple(kept))
 
 
 def _obstacle(name: str, size: float, rng: np.random.Generator) -> Box | Sphere | Round:

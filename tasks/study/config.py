@@ -21,9 +21,7 @@ from plancurate.errors import PlancurateError, UnknownNameError, field_of, first
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import source_names
 from plancurate.tasks.curation.selector_choice import SelectorChoice
-from plancurate.tasks.learning.policies import policy_names
-from plancurate.tasks.learning.rollouts import EvaluateSettings
-from plancurate.tasks.learning.train import TrainSettings
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.yaml_files import merged, read_mapping
 
 PRESETS = Path(__file__).parent / "presets"
@@ -32,6 +30,7 @@ BASIC_SELECTORS = (
     "General", "Random", "RuleBased_General", "KMeans", "DBSCAN", "Hierarchical",
     "KMeans_Hybrid", "DBSCAN_Hybrid", "Hierarchical_Hybrid",
 )  # fmt: skip
+POLICIES = ("BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN")
 Choice = Annotated[SelectorChoice, BeforeValidator(SelectorChoice.read)]
 
 
@@ -61,7 +60,7 @@ class StudyConfig(BaseModel):
         "Empty: `candidates` as it is.",
     )
     selectors: tuple[Choice, ...] = Field(
-        tuple(SelectorChoice(name=name) for name in BASIC_SELECTORS),
+        tuple(SelectorChoice.model_construct(name=name) for name in BASIC_SELECTORS),
         min_length=1,
         description="Selectors to compare, by name or with parameters: {name: BehaviorRetrieval, task: shortest}.",
     )
@@ -69,7 +68,7 @@ class StudyConfig(BaseModel):
     selection_seeds: tuple[Seed, ...] = Field(
         (0,), min_length=1, description="Seeds of the selectors that draw at random."
     )
-    policies: tuple[str, ...] = Field(tuple(policy_names()), min_length=1, description="Policies to train.")
+    policies: tuple[str, ...] = Field(POLICIES, min_length=1, description="Policies to train.")
     seeds: tuple[Seed, ...] = Field((0,), min_length=1, description="Training seeds.")
     training: TrainSettings = Field(TrainSettings(), description="Networks and optimisation.")
     evaluation: EvaluateSettings = Field(EvaluateSettings(), description="Tests and rollouts.")
@@ -121,6 +120,8 @@ class StudyConfig(BaseModel):
     @field_validator("policies")
     @classmethod
     def _known_policies(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        from plancurate.tasks.learning.policies import policy_names  # torch: no --help needs it
+
         return known("policy", names, policy_names())
 
     @property

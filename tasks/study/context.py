@@ -14,10 +14,11 @@ from plancurate.tasks.candidates.generate import pool_id
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import find_source
 from plancurate.tasks.candidates.targets import require_free_home
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.learning import rollouts, train
-from plancurate.tasks.learning.policies import POLICIES
+from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.identity import digest
 
@@ -57,6 +58,10 @@ class PoolContext:
             "ompl_version": native.ompl_version(),
         }
 
+    def learning(self, config: StudyConfig) -> LearningSettings:
+        """Return the study's settings as selectors that train, roll out or time use them."""
+        return LearningSettings(config.training, config.evaluation, self.settings.timing)
+
     @property
     def title(self) -> str:
         """Name the pool for a person."""
@@ -85,7 +90,7 @@ class StudyContext:
             "config": config.model_dump(mode="json", exclude=_NOT_IN_KEY),
             "planners": sorted(self.sources),
             "selectors": [[c.selector.origin, c.selector.revision] for c in config.selectors],
-            "policies": [POLICIES[name].revision for name in config.policies],
+            "policies": [kind_of(name).revision for name in config.policies],
             "stages": [train.REVISION, rollouts.REVISION],
         }
         return digest(content, 8)

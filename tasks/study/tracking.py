@@ -81,6 +81,8 @@ class ChildRun:
     selection_id: str
     n_kept: int
     model_folder: Path
+    model_inputs: int
+    """Numbers in a row that the served model takes."""
     dof: int
     tags: Mapping[str, str]
 
@@ -301,7 +303,7 @@ def _log_model(client: MlflowClient, experiment_id: str, run_id: str, child: Chi
     from mlflow.types import Schema, TensorSpec
 
     signature = ModelSignature(
-        inputs=Schema([TensorSpec(np.dtype(np.float64), (-1, 3 + child.dof))]),
+        inputs=Schema([TensorSpec(np.dtype(np.float64), (-1, child.model_inputs))]),
         outputs=Schema([TensorSpec(np.dtype(np.float64), (-1, child.dof))]),
     )
     model = client.create_logged_model(
@@ -315,7 +317,7 @@ def _log_model(client: MlflowClient, experiment_id: str, run_id: str, child: Chi
             data_path=str(child.model_folder),
             mlflow_model=Model(run_id=run_id, model_id=model.model_id),
             signature=signature,
-            input_example=np.zeros((1, 3 + child.dof)),
+            input_example=np.zeros((1, child.model_inputs)),
             pip_requirements=REQUIREMENTS,
         )
         client.log_model_artifacts(model.model_id, path)

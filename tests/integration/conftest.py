@@ -11,6 +11,9 @@ from pathlib import Path
 import pytest
 
 from ..homes import environment
+from ..service_logs import expected_in_logs, no_traceback, no_traceback_in_the_end
+
+__all__ = ["expected_in_logs", "no_traceback", "no_traceback_in_the_end"]
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
 

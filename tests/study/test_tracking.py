@@ -43,7 +43,8 @@ def model_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ones = Normaliser(torch.zeros(3 + DOF), torch.ones(3 + DOF), torch.zeros(DOF), torch.ones(DOF))
     weights = policy.initial(3 + DOF, DOF, torch.Generator().manual_seed(0))
     folder = tmp_path_factory.mktemp("policy")
-    TrainedPolicy(policy, weights, ones, "delta", window=10, seed=0).save(folder)
+    layout = (("target_offset", 3), ("joint_positions", DOF))
+    TrainedPolicy(policy, weights, ones, layout, "delta", window=10, seed=0).save(folder)
     return folder
 
 
@@ -76,6 +77,7 @@ def child(model_folder: Path) -> ChildRun:
         selection_id="KMeans_Hybrid-k20-s0-fedcba987654",
         n_kept=100,
         model_folder=model_folder,
+        model_inputs=3 + DOF,
         dof=DOF,
         tags={"robot": "h2017"},
     )

@@ -13,11 +13,12 @@ from safetensors import SafetensorError
 from safetensors.torch import load_file, save
 from torch import Tensor
 
-from plancurate.errors import PlancurateError
+from plancurate.errors import PlancurateError, field_of, first_problem
 from plancurate.tasks.lake.manifest import folder_damage, list_files
+from plancurate.tasks.learning.observations import Layout, require_terms, width
 from plancurate.tasks.learning.policies.policy import Policy, make_policy
+from plancurate.tasks.learning.settings import Action
 
-Action = Literal["delta", "absolute"]
 WEIGHTS_FILE, DESCRIPTION_FILE = "policy.safetensors", "policy.json"
 
 
@@ -38,6 +39,8 @@ class TrainedPolicy:
     policy: Policy
     weights: Mapping[str, Tensor]
     normaliser: Normaliser
+    layout: Layout
+    """Observation terms that it was trained on, and how many numbers each gives."""
     action: Action
     """Whether the network gives the difference to the present joint angles or the next ones themselves."""
     window: int
@@ -62,9 +65,10 @@ class TrainedPolicy:
         tensors |= {f"normaliser.{name}": value for name, value in vars(self.normaliser).items()}
         (folder / WEIGHTS_FILE).write_bytes(save(tensors))
         description = Description(
-            format=1,
+            format=2,
             policy=self.policy.name,
             settings=self.policy.model_dump(mode="json"),
+            observation=self.layout,
             action=self.action,
             window=self.window,
             seed=self.seed,
@@ -81,9 +85,11 @@ class Description(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, ser_json_inf_nan="constants")
 
-    format: Literal[1]
+    format: Literal[2]
     policy: str
     settings: dict[str, Any]
+    observation: Layout
+    """Terms and their sizes, in order."""
     action: Action
     window: int
     seed: int
@@ -104,18 +110,24 @@ def load_policy(folder: Path) -> TrainedPolicy:
     try:
         description = Description.model_validate_json((folder / DESCRIPTION_FILE).read_text())
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise PlancurateError(f"{folder / DESCRIPTION_FILE}: {where}: {first['msg']}") from None
+        raise PlancurateError(
+            first_problem(f"{folder / DESCRIPTION_FILE}: {field_of(error)}", error)
+        ) from None
     try:
         tensors = load_file(folder / WEIGHTS_FILE)
     except SafetensorError as error:
         raise PlancurateError(f"{folder / WEIGHTS_FILE}: not a safetensors file: {error}") from None
-    return _restore(folder / WEIGHTS_FILE, description, tensors)
+    try:
+        require_terms([name for name, _ in description.observation])
+        policy = make_policy(description.policy, description.settings)
+    except PlancurateError as error:
+        raise PlancurateError(f"{folder / DESCRIPTION_FILE}: {error}") from None
+    return _restore(folder / WEIGHTS_FILE, description, policy, tensors)
 
 
-def _restore(file: Path, description: Description, tensors: dict[str, Tensor]) -> TrainedPolicy:
-    policy = make_policy(description.policy, description.settings)
+def _restore(
+    file: Path, description: Description, policy: Policy, tensors: dict[str, Tensor]
+) -> TrainedPolicy:
     names = Normaliser.__dataclass_fields__
     missing = [f"normaliser.{name}" for name in names if f"normaliser.{name}" not in tensors]
     if missing:
@@ -123,6 +135,11 @@ def _restore(file: Path, description: Description, tensors: dict[str, Tensor]) -
     normaliser = Normaliser(**{name: tensors[f"normaliser.{name}"] for name in names})
     weights = {name.removeprefix("weights."): t for name, t in tensors.items() if name.startswith("weights.")}
     observed, acted = len(normaliser.observation_mean), len(normaliser.action_mean)
+    if observed != width(description.observation):
+        raise PlancurateError(
+            f"{file}: normaliser.observation_mean has {observed} numbers; "
+            f"the observation terms in {DESCRIPTION_FILE} give {width(description.observation)}"
+        )
     expected = policy.initial(observed, acted, torch.Generator())
     for name, value in expected.items():
         if name not in weights or weights[name].shape != value.shape:
@@ -134,6 +151,7 @@ def _restore(file: Path, description: Description, tensors: dict[str, Tensor]) -
         policy,
         {name: weights[name] for name in expected},
         normaliser,
+        description.observation,
         description.action,
         description.window,
         description.seed,

@@ -20,6 +20,7 @@ from plancurate.tasks.learning.policies import (
 )
 
 FILES = ("policy.json", "policy.safetensors")
+LAYOUT = (("target_offset", 3), ("joint_positions", 6))
 
 
 def trained(name: str) -> TrainedPolicy:
@@ -27,7 +28,15 @@ def trained(name: str) -> TrainedPolicy:
     policy = make_policy(name, {"hidden": (8,) if name == "BC_MLP" else 8})
     scale = [torch.rand(size, generator=rng) + 0.1 for size in (9, 9, 6, 6)]
     return TrainedPolicy(
-        policy, policy.initial(9, 6, rng), Normaliser(*scale), "delta", 10, 5, 1.5, [(10, 0.5), (20, 0.25)]
+        policy,
+        policy.initial(9, 6, rng),
+        Normaliser(*scale),
+        LAYOUT,
+        "delta",
+        10,
+        5,
+        1.5,
+        [(10, 0.5), (20, 0.25)],
     )
 
 
@@ -41,7 +50,7 @@ def test_stored_policy_comes_back_bit_for_bit(tmp_path: Path, name: str) -> None
     assert all(torch.equal(found.weights[key], value) for key, value in policy.weights.items())
     for key, value in vars(policy.normaliser).items():
         assert torch.equal(getattr(found.normaliser, key), value)
-    for key in ("action", "window", "seed", "train_s", "loss_curve"):
+    for key in ("layout", "action", "window", "seed", "train_s", "loss_curve"):
         assert getattr(found, key) == getattr(policy, key)
 
 
