@@ -23,6 +23,8 @@ from plancurate.flows.server.services import healthy
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
 
+from ..homes import NewHome
+
 ROOT = Path(__file__).parents[2]
 FINAL = {"COMPLETED", "FAILED", "CRASHED", "CANCELLED"}
 
@@ -38,8 +40,8 @@ class Serving:
 
 
 @pytest.fixture(scope="module")
-def serving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Serving]:
-    home = Home(tmp_path_factory.mktemp("served"))
+def serving(new_home: NewHome, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Serving]:
+    home = Home(new_home(tmp_path_factory.mktemp("served")))
     command = [sys.executable, "-m", "plancurate.flows.server.serve", "--home", str(home.root)]
     kept = {
         name: value
