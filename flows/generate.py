@@ -15,7 +15,14 @@ from plancurate.flows.task_runs import is_transient, run_all, task_runner
 from plancurate.tasks.candidates.postprocess_pool import shared_pool
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study import text
-from plancurate.tasks.study.candidates import Part, Planned, make_part, missing_parts, study_targets
+from plancurate.tasks.study.candidates import (
+    Part,
+    Planned,
+    make_part,
+    mend_pool,
+    missing_parts,
+    study_targets,
+)
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyContext, StudyRef, open_study, reference
 from plancurate.tasks.study.pools import study_pools
@@ -31,6 +38,8 @@ def generate(config: StudyConfig, home: str | None = None) -> None:
     study = open_study(config, Home.resolve(home))
     study.lake.sweep()
     for pool in study.pools:
+        for line in mend_pool(study, pool):
+            console.print(f"  [yellow]made again:[/] {line}", highlight=False, soft_wrap=True)
         draw_targets(reference(study), pool.pool)
     if parts := missing_candidates(study):
         plan_all(study, parts)

@@ -51,13 +51,18 @@ def sql(
     query: str, *, format: Literal["table", "csv", "json"] = "table", options: HomeOptions = HomeOptions()
 ) -> None:
     """Ask the lake: read-only, with the views trajectories, targets, selections, evaluations, studies, waypoints."""
-    rows = Lake(options.folder().lake).sql(query)
+    rows = Lake(options.folder().lake).sql(query, say)
     if format == "table":
         show(as_table(rows))
     elif format == "csv":
         pyarrow.csv.write_csv(rows, sys.stdout.buffer)
     else:
         write(rows.to_pandas().to_json(orient="records", date_format="iso", indent=1))
+
+
+def say(line: str) -> None:
+    """Tell a person one thing, on a line of its own whatever its width."""
+    console.print(line, style="yellow", highlight=False, markup=False, soft_wrap=True)
 
 
 def show(table: Table) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from plancurate.tasks.curation.selectors.selection import Selection
 from plancurate.tasks.learning.policies import TrainedPolicy
+from plancurate.tasks.learning.policies.serving import ServedPolicy
 from plancurate.tasks.study.context import StudyContext
 from plancurate.tasks.study.evaluations import evaluation_id
 from plancurate.tasks.study.networks import Network, load_network, network_folder
@@ -71,6 +72,7 @@ def child_run(study: StudyContext, network: Network, row: ResultRow) -> ChildRun
         selection_id=selection.selection_id,
         n_kept=row.n_kept,
         model_folder=network_folder(study, network),
+        model_inputs=ServedPolicy(policy).inputs,
         dof=pool.robot.dof,
         tags={"robot": pool.robot.name, "scene": pool.scene.name, "pool": pool.pool},
     )

@@ -9,15 +9,19 @@ import pytest
 
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots import load_robot, load_scene
+from plancurate.tasks.candidates.time_parameterisation import TimingSettings
 from plancurate.tasks.curation import curate as steps
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.pool import Pool, load_pool
 from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.curation.selectors import base as registry
 from plancurate.tasks.curation.selectors.base import Kept, Problem, Settings, selector, selector_names
 from plancurate.tasks.curation.selectors.selection import Selection
 from plancurate.tasks.lake import Lake
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 
 ROBOT, SCENE, STUDY = load_robot("h2017"), load_scene("free"), "one-12345678"
+LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 PARTITION = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 BUILT_IN = (
     "General", "Random", "RuleBased_General", "KMeans", "DBSCAN", "Hierarchical",
