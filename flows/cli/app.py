@@ -26,7 +26,7 @@ for _name in ("robots", "planners", "selectors", "policies"):
     app.command(f"plancurate.flows.cli.registered:{_name}", name=_name)
 app.command("plancurate.flows.cli.compare:compare", name="compare")
 app.command("plancurate.flows.cli.doctor:doctor", name="doctor")
-app.command("plancurate.flows.server.serve:serve", name="serve")
+app.command("plancurate.flows.cli.serve:serve", name="serve")
 
 
 def main(argv: Sequence[str] | None = None) -> None:
