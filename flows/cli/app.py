@@ -2,31 +2,66 @@
 
 from __future__ import annotations
 
+import ast
+import errno
 import sys
 from collections.abc import Sequence
+from functools import cache
+from itertools import count
+from pathlib import Path
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Group
 
 from plancurate import __version__
 from plancurate.errors import IncompleteError, PlancurateError
 from plancurate.flows.cli.console import console
 
 USER_ERROR, INCOMPLETE, INTERRUPTED = 2, 1, 130
+# What a disk refuses, a user can mend.
+REFUSALS = {
+    errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST,
+    errno.ENAMETOOLONG,
+}  # fmt: skip
+# Panels of the help; each command's module and function, in the order in which a person meets them.
+COMMANDS = {
+    "Run a study": [
+        "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:evaluate", "stages:compact",
+    ],
+    "See what came out": ["queries:report", "compare:compare", "queries:sql", "serve:serve"],
+    "See what there is": [
+        "fields:fields", "registered:robots", "registered:planners", "registered:selectors", "registered:policies",
+        "doctor:doctor",
+    ],
+}  # fmt: skip
 
-app = App(
-    name="plancurate",
-    version=__version__,
-    help="Turn motion planners into imitation-learning data and see which of it is worth training on.",
-)
-for _name in ("study", "generate", "curate", "train", "evaluate", "compact"):
-    app.command(f"plancurate.flows.cli.stages:{_name}", name=_name)
-for _name in ("report", "sql"):
-    app.command(f"plancurate.flows.cli.queries:{_name}", name=_name)
-for _name in ("robots", "planners", "selectors", "policies"):
-    app.command(f"plancurate.flows.cli.registered:{_name}", name=_name)
-app.command("plancurate.flows.cli.compare:compare", name="compare")
-app.command("plancurate.flows.cli.doctor:doctor", name="doctor")
-app.command("plancurate.flows.cli.serve:serve", name="serve")
+
+@cache
+def functions(module: str) -> dict[str, str]:
+    """Docstrings of a module's functions by name, read without importing it: that would take seconds."""
+    tree = ast.parse(Path(__file__).with_name(f"{module}.py").read_text(encoding="utf-8"))
+    return {
+        node.name: ast.get_docstring(node) or "" for node in tree.body if isinstance(node, ast.FunctionDef)
+    }
+
+
+def build() -> App:
+    """Return the command line, with every command described and none imported."""
+    app = App(
+        name="plancurate",
+        version=__version__,
+        help="Turn motion planners into imitation-learning data and see which of it is worth training on.",
+    )
+    place = count()
+    for title, commands in COMMANDS.items():
+        group = Group(title, sort_key=next(place))
+        for command in commands:
+            module, _, name = command.partition(":")
+            path, help = f"{__package__}.{command}", functions(module)[name]
+            app.command(path, name=name, help=help, group=group, sort_key=next(place))
+    return app
+
+
+app = build()
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -35,6 +70,10 @@ def main(argv: Sequence[str] | None = None) -> None:
         app(argv, exit_on_error=False, print_error=False, console=console)
     except (CycloptsError, PlancurateError) as error:
         stop(str(error), USER_ERROR)
+    except OSError as error:
+        if error.errno not in REFUSALS or error.filename is None:
+            raise
+        stop(f"{error.filename}: {error.strerror}; another file or folder is needed", USER_ERROR)
     except IncompleteError as error:
         stop(str(error), INCOMPLETE)
     except KeyboardInterrupt:
@@ -43,7 +82,8 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 def stop(message: str, code: int) -> None:
     """Say why in one line and exit."""
-    console.print(f"[red]plancurate:[/] {' '.join(message.split())}", soft_wrap=True, highlight=False)
+    text = " ".join(message.split()).replace("[", "\\[")
+    console.print(f"[red]plancurate:[/] {text}", soft_wrap=True, highlight=False)
     sys.exit(code)
 
 

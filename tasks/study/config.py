@@ -19,10 +19,9 @@ from plancurate import native
 from plancurate.bounds import Seed
 from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.candidates.sources import source_names
 from plancurate.tasks.curation.selector_choice import SelectorChoice
-from plancurate.tasks.learning.policies import policy_names
-from plancurate.tasks.learning.rollouts import EvaluateSettings
-from plancurate.tasks.learning.train import TrainSettings
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.yaml_files import merged, read_mapping
 
 PRESETS = Path(__file__).parent / "presets"
@@ -31,6 +30,7 @@ BASIC_SELECTORS = (
     "General", "Random", "RuleBased_General", "KMeans", "DBSCAN", "Hierarchical",
     "KMeans_Hybrid", "DBSCAN_Hybrid", "Hierarchical_Hybrid",
 )  # fmt: skip
+POLICIES = ("BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN")
 Choice = Annotated[SelectorChoice, BeforeValidator(SelectorChoice.read)]
 
 
@@ -56,10 +56,11 @@ class StudyConfig(BaseModel):
     pools: dict[Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")], dict[str, Any]] = Field(
         default={},
         description="Variants of `candidates` by name, each with the fields that differ, such as "
-        "{raw: {plan: {simplify: false}}}; each is a pool of its own in every scene. None: `candidates` as it is.",
+        "{raw: {plan: {simplification: 'off'}}}; each is a pool of its own in every scene. "
+        "Empty: `candidates` as it is.",
     )
     selectors: tuple[Choice, ...] = Field(
-        tuple(SelectorChoice(name=name) for name in BASIC_SELECTORS),
+        tuple(SelectorChoice.model_construct(name=name) for name in BASIC_SELECTORS),
         min_length=1,
         description="Selectors to compare, by name or with parameters: {name: BehaviorRetrieval, task: shortest}.",
     )
@@ -67,7 +68,7 @@ class StudyConfig(BaseModel):
     selection_seeds: tuple[Seed, ...] = Field(
         (0,), min_length=1, description="Seeds of the selectors that draw at random."
     )
-    policies: tuple[str, ...] = Field(tuple(policy_names()), min_length=1, description="Policies to train.")
+    policies: tuple[str, ...] = Field(POLICIES, min_length=1, description="Policies to train.")
     seeds: tuple[Seed, ...] = Field((0,), min_length=1, description="Training seeds.")
     training: TrainSettings = Field(TrainSettings(), description="Networks and optimisation.")
     evaluation: EvaluateSettings = Field(EvaluateSettings(), description="Tests and rollouts.")
@@ -114,11 +115,13 @@ class StudyConfig(BaseModel):
     @field_validator("planners")
     @classmethod
     def _known_planners(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        return known("planner", names, [planner.name for planner in native.planners()])
+        return known("planner", names, source_names())
 
     @field_validator("policies")
     @classmethod
     def _known_policies(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        from plancurate.tasks.learning.policies import policy_names  # torch: no --help needs it
+
         return known("policy", names, policy_names())
 
     @property
