@@ -13,12 +13,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 from cyclopts import Group, Parameter
-from pydantic import BaseModel, Field, PlainValidator, create_model
+from pydantic import BaseModel, PlainValidator, create_model
 from pydantic.fields import FieldInfo
 
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.tasks.study.config import StudyConfig, load_config
-from plancurate.yaml_files import parse_yaml
 
 # Spellings beside the fields' own.
 ALIASES = {"n_targets": "--targets", "scenes": "--scene"}
@@ -33,8 +32,8 @@ def as_option(name: str, field: FieldInfo) -> tuple[Any, FieldInfo]:
     """Return a field as cyclopts is to see it; those of settings within settings are not in the help."""
     if is_model(field.annotation):
         return Annotated[field.annotation, Parameter(show=False)], field
-    kind = plain(field.annotation) | None
-    return Annotated[kind, Parameter(alias=ALIASES.get(name))], Field(None, description=field.description)
+    option = Annotated[plain(field.annotation) | None, Parameter(alias=ALIASES.get(name))]
+    return option, FieldInfo(default=None, description=field.description)
 
 
 def plain(kind: Any) -> Any:
@@ -52,15 +51,13 @@ def is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
-def given(values: Any, option: str = "") -> Any:
-    """Return options as they were given; what begins like a YAML mapping or list is read as one, null as None."""
+def given(values: Any) -> Any:
+    """Return the options as they were given, `null` as None."""
     if isinstance(values, Mapping):
-        return {name: given(value, f"{option}.{name}") for name, value in values.items()}
-    if isinstance(values, list):
-        return [given(value, option) for value in values]
-    if isinstance(values, str) and (values.startswith(("{", "[")) or values == "null"):
-        return parse_yaml(values, f"--{option[1:].replace('_', '-')} {values}")
-    return values
+        return {name: given(value) for name, value in values.items()}
+    if isinstance(values, list) and len(values) == 1 and isinstance(values[0], list):
+        return values[0]  # given as one YAML list
+    return None if values == "null" else values
 
 
 if TYPE_CHECKING:

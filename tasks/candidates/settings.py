@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 
 from plancurate import native
+from plancurate.bounds import Settings
 from plancurate.errors import UnknownNameError
 
 
-class TargetSettings(BaseModel):
+class TargetSettings(Settings):
     """Where targets lie. One nearer to the start than `min_distance_m` could be reached by standing still."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     range_m: float = Field(default=0.5, gt=0, description="edge of the cube around the home tool position, m")
     min_distance_m: float = Field(
@@ -21,10 +20,8 @@ class TargetSettings(BaseModel):
     max_tries: int = Field(default=200, gt=0, description="positions drawn for a target before giving up")
 
 
-class PlanSettings(BaseModel):
+class PlanSettings(Settings):
     """How much each planner may work; counts end a run, so that a busy machine plans the same paths."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     runs: int = Field(default=3, gt=0, description="runs of each planner for each target")
     seed: int = Field(default=0, ge=0, description="another seed gives other paths")
@@ -58,10 +55,8 @@ class PlanSettings(BaseModel):
         return params
 
 
-class TimingSettings(BaseModel):
+class TimingSettings(Settings):
     """How a path becomes a trajectory."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     dt: float = Field(default=0.05, gt=0, description="time between two stored samples, s")
     limit_share: float = Field(
@@ -75,10 +70,8 @@ class TimingSettings(BaseModel):
     )
 
 
-class VerifySettings(BaseModel):
+class VerifySettings(Settings):
     """How a trajectory is played and what it must keep to."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     frequency_hz: float = Field(default=240.0, ge=100.0, description="Physics and control steps a second.")
     position_gain: float = Field(
@@ -99,10 +92,8 @@ class VerifySettings(BaseModel):
     )
 
 
-class GenerateSettings(BaseModel):
+class GenerateSettings(Settings):
     """Everything but robot and scene that decides what candidates a pool holds."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     targets: TargetSettings = Field(default_factory=TargetSettings)
     plan: PlanSettings = Field(default_factory=PlanSettings)
