@@ -25,7 +25,7 @@ from pebble import ProcessExpired, ProcessPool
 from plancurate import native
 from plancurate.robots import Robot, Scene, load_robot, load_scene
 from plancurate.tasks.candidates.plan import plan_candidate
-from plancurate.tasks.candidates.settings import PlanSettings, TargetSettings
+from plancurate.tasks.candidates.settings import GenerateSettings, PlanSettings
 from plancurate.tasks.candidates.targets import Target, sample_targets
 
 try:
@@ -43,7 +43,7 @@ OVER_WHEEL, OVER_COAL = 200, 20  # what is claimed
 STATES, PEER_STATES = 400_000, 10_000
 LIMIT_S, OPTIMIZING_S = 15.0, 2.0  # of a run of the wheel
 NATIVE_RUNS = 10
-SETTINGS = PlanSettings(simplify=False)
+SETTINGS = GenerateSettings(plan=PlanSettings(simplification="off"))
 
 
 def main() -> None:
@@ -60,7 +60,7 @@ def main() -> None:
     arguments = parser.parse_args()
     robot, scene = load_robot(arguments.robot), load_scene(arguments.scene)
     over_coal = compare_checks(robot, scene)
-    targets = sample_targets(robot, scene, TargetSettings(), 0, arguments.targets)
+    targets = sample_targets(robot, scene, SETTINGS.targets, 0, arguments.targets)
     wheel = Wheel((arguments.robot, arguments.scene), not arguments.fewest_calls)
     checks, solves = compare_planning(robot, scene, targets, wheel)
     print()
@@ -108,7 +108,14 @@ class Wheel:
         with ProcessPool(max_workers=1, context=multiprocessing.get_context("spawn")) as pool:
             runs = []
             for target in targets:
-                problem = (self.names, info.name, info.params, target.goals, 2 * SETTINGS.resolution, limit)
+                problem = (
+                    self.names,
+                    info.name,
+                    info.params,
+                    target.goals,
+                    2 * SETTINGS.plan.resolution,
+                    limit,
+                )
                 job = pool.schedule(wheel_solve, args=(*problem, self.pairwise), timeout=limit + 30)
                 try:
                     runs.append(job.result())
@@ -146,7 +153,7 @@ def native_runs(robot: Robot, scene: Scene, targets: list[Target], planner: str)
     for run in range(NATIVE_RUNS):
         for target in targets:
             start = time.process_time()
-            result = plan_candidate(robot, scene, target, planner, run, SETTINGS).result
+            result = plan_candidate(robot, scene, target, planner, run, SETTINGS)
             runs.append(Solve(result.status == "exact", result.state_checks, time.process_time() - start))
     return runs
 

@@ -15,10 +15,11 @@ import time
 import numpy as np
 import torch
 
-from plancurate.robots import load_robot
+from plancurate.robots import load_robot, load_scene
 from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
 from plancurate.tasks.learning.policies import TrainedPolicy, policy_names
-from plancurate.tasks.learning.train import TrainSettings, train
+from plancurate.tasks.learning.settings import TrainSettings
+from plancurate.tasks.learning.train import train
 
 
 def main() -> None:
@@ -48,7 +49,7 @@ def lines_from_home(count: int = 100, waypoints: int = 60) -> Demonstrations:
     robot = load_robot("h2017")
     ends = robot.home + np.random.default_rng(0).normal(0, 0.3, (count, robot.dof))
     paths = [robot.home + np.linspace(0, 1, waypoints)[:, None] * (end - robot.home) for end in ends]
-    return demonstrations(robot, paths, np.zeros((count, 3)))
+    return demonstrations(robot, load_scene("free"), paths, np.zeros((count, 3)))
 
 
 def timed(

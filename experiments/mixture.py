@@ -22,9 +22,10 @@ from plancurate.errors import PlancurateError
 from plancurate.tasks.candidates.target_table import stored_targets
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.learning.demonstrations import Demonstrations
-from plancurate.tasks.learning.rollouts import EvaluateSettings, roll_out
+from plancurate.tasks.learning.rollouts import roll_out
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.tasks.learning.test_targets import displaced_tests
-from plancurate.tasks.learning.train import TrainSettings, train
+from plancurate.tasks.learning.train import train
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import StudyContext, open_study
 from plancurate.tasks.study.networks import selected_demonstrations

@@ -17,7 +17,7 @@ from plancurate.tasks.study.context import StudyRef, open_study, reference
 def compact(config: StudyConfig, home: str | None = None) -> None:
     """Merge the trajectories of each planner into one file; small files go when nobody can be reading them."""
     study = open_study(config, Home.resolve(home))
-    calls = [(reference(study), pool.pool, planner) for pool in study.pools for planner in config.planners]
+    calls = [(reference(study), pool.pool, planner) for pool in study.pools for planner in study.sources]
     with stage("compact", len(calls), "planners") as bar:
         run_all(merge, calls, in_flight=1, ended=lambda _: bar.advance())
 

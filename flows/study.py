@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from prefect import flow
+from prefect import flow, task
+from prefect.cache_policies import NO_CACHE
 
+from plancurate.errors import IncompleteError
 from plancurate.flows.curate import curate
 from plancurate.flows.evaluate import evaluate
 from plancurate.flows.generate import generate
 from plancurate.flows.publish import publish
 from plancurate.flows.train import train
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study.checks import audit_study
 from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.context import open_study
 from plancurate.tasks.study.tracking import ensure_store
 
 
@@ -25,3 +29,11 @@ def study(config: StudyConfig, home: str | None = None) -> None:
     train(config, home)
     evaluate(config, home)
     publish(config, home)
+    audit(config, home)
+
+
+@task(task_run_name="audit", cache_policy=NO_CACHE, persist_result=False)
+def audit(config: StudyConfig, home: str | None) -> None:
+    """Check what the study wrote; raises IncompleteError that names every broken rule."""
+    if broken := audit_study(open_study(config, Home.resolve(home))):
+        raise IncompleteError("; ".join(broken))

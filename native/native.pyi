@@ -162,7 +162,7 @@ def plan(
     seed: int,
     budget: Budget,
     resolution: float,
-    simplify: bool,
+    simplification: str,
 ) -> Result:
     """Plan from start (n,) to any of goals (g, n), rad.
 
@@ -179,11 +179,13 @@ def plan(
         seed: of everything random in the run, 0 .. 2**64 - 1.
         budget: how much the planner may use up.
         resolution: largest joint step between checked states of an edge, rad.
-        simplify: shorten the path with OMPL's vertex reduction and shortcuts.
+        simplification: "off" keeps the planner's path; "full" shortens it with OMPL's vertex reduction and shortcuts
+            until nothing more is gained; "partial" tries a number of shortcuts drawn from the seed, none to two for
+            each waypoint, as a simplifier leaves it whose time ran out.
 
     Raises:
-        ValueError: unknown planner or parameter (the message lists the valid ones), a value that it does not take,
-            arrays of the wrong shape.
+        ValueError: unknown planner, parameter or simplification (the message lists the valid ones), a value that it
+            does not take, arrays of the wrong shape.
     """
 
 def simplify(

@@ -26,21 +26,30 @@ def tool_jacobian(robot: Robot, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     return tool, np.concatenate([linear, angular], axis=2).transpose(0, 2, 1)
 
 
-def converge(robot: Robot, q: FloatArray, position: FloatArray, rotation: FloatArray | None) -> FloatArray:
+def converge(
+    robot: Robot,
+    q: FloatArray,
+    position: FloatArray,
+    rotation: FloatArray | None,
+    axes: FloatArray | None = None,
+) -> FloatArray:
     """Iterate the starts `q` (b,n) towards the target, limits aside; return those that reach it (c,n).
 
-    `position` (3,) in m and `rotation` (3,3) describe the tool in the base frame; None lets it turn freely.
+    `position` (3,) in m and `rotation` (3,3) describe the tool in the base frame; without a rotation `axes` (b,3),
+    one a start, say where its z axis points, and without these it turns freely.
     """
     q, going, reached = q.copy(), np.arange(len(q)), np.zeros(len(q), dtype=bool)
     for _ in range(ITERATIONS):
         tool, jacobian = tool_jacobian(robot, q[going])
         error = position - tool[:, :3, 3]
-        if rotation is None:
-            jacobian = jacobian[:, :3]
+        if rotation is not None:
+            turn = _rotation_vector(rotation @ tool[:, :3, :3].transpose(0, 2, 1))
+            error = np.concatenate([error, turn], axis=1)
+        elif axes is not None:
+            error = np.concatenate([error, _tilt(tool[:, :3, 2], axes[going])], axis=1)
+            jacobian = _without_spin(jacobian, tool[:, :3, 2])
         else:
-            error = np.concatenate(
-                [error, _rotation_vector(rotation @ tool[:, :3, :3].transpose(0, 2, 1))], axis=1
-            )
+            jacobian = jacobian[:, :3]
         there = np.linalg.norm(error, axis=1) < ACCURACY
         reached[going[there]] = True
         going = going[~there]
@@ -57,6 +66,21 @@ def _step(jacobian: FloatArray, error: FloatArray) -> FloatArray:
     step = np.linalg.solve(normal, jacobian.transpose(0, 2, 1) @ error[:, :, None])[:, :, 0]
     longest = np.abs(step).max(axis=1, keepdims=True)
     return np.asarray(step * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, LONGEST_STEP)))
+
+
+def _tilt(z: FloatArray, axes: FloatArray) -> FloatArray:
+    """Smallest turns (b,3), axis times angle, that bring the unit vectors `z` (b,3) onto `axes` (b,3)."""
+    sine_axis = np.cross(z, axes)
+    sine = np.linalg.norm(sine_axis, axis=1)
+    scale = np.where(sine > 1e-12, np.arctan2(sine, (z * axes).sum(axis=1)) / np.maximum(sine, 1e-12), 1.0)
+    return np.asarray(sine_axis * scale[:, None])
+
+
+def _without_spin(jacobian: FloatArray, z: FloatArray) -> FloatArray:
+    """Take the turn about the tool's own axis `z` (b,3) out of the Jacobians (b,6,n)."""
+    angular = jacobian[:, 3:]
+    spin = np.einsum("bi,bin->bn", z, angular)
+    return np.concatenate([jacobian[:, :3], angular - z[:, :, None] * spin[:, None]], axis=1)
 
 
 def _rotation_vector(rotation: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""All distinct collision-free joint solutions of a tool pose, or of a tool position alone, by multi-start."""
+"""Collision-free joint solutions of a tool pose, a tool position or one with a direction, by multi-start."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from plancurate.robots.shapes import BoolArray, FloatArray
 STARTS = 128  # a round; a solution of the H2017 draws 3 to 18 % of them
 ROUNDS = 4  # at most; another follows while some solution was met only once
 SAME = 1e-3  # rad or m; isolated solutions nearer than this are one
+SEPARATION = 0.5  # rad or m between the representatives of a continuum
 SINGULAR = 1e-3  # smallest singular value below which a solution is part of a continuum
 LIMIT_SLACK = 1e-9  # rad or m; rounding at a limit does not cost a solution
 
@@ -25,7 +26,7 @@ def solve_ik(
     position: FloatArray,
     rotation: FloatArray | None,
     rng: np.random.Generator,
-    separation: float = 0.5,
+    separation: float = SEPARATION,
 ) -> FloatArray:
     """Return the free solutions (k,n) within the planning limits, sorted lexicographically; (0,n) for none.
 
@@ -40,9 +41,33 @@ def solve_ik(
         candidates = candidates[native.is_free(robot.native, scene.native, candidates)]
     isolated = _isolated(robot, candidates, rotation)
     continuum = candidates[~isolated]
-    representatives = _distinct(continuum, separation, np.zeros(robot.dof, dtype=bool))[0]
-    found = np.concatenate([candidates[isolated], continuum[representatives]])
+    found = np.concatenate([candidates[isolated], representatives(continuum, separation)])
     return np.asarray(found[np.lexsort(found.T[::-1])])
+
+
+def draw_ik(
+    robot: Robot,
+    scene: Scene,
+    position: FloatArray,
+    rng: np.random.Generator,
+    starts: int,
+    rotation: FloatArray | None = None,
+    axes: FloatArray | None = None,
+) -> FloatArray:
+    """Return the free solutions (k,n) within the planning limits that random starts lead to, in random order.
+
+    The tool is held to `position` (3,), m, and to a `rotation` (3,3), or by its z axis to the directions `axes`
+    (starts,3), one a start, or to neither. A solution may come several times. Targets are met to 1e-6 m and rad.
+    """
+    drawn = rng.uniform(robot.lower, robot.upper, (starts, robot.dof))
+    states = _turns_within_limits(robot, converge(robot, drawn, position, rotation, axes))
+    states = states[native.is_free(robot.native, scene.native, states)]
+    return np.asarray(rng.permutation(states))
+
+
+def representatives(q: FloatArray, separation: float = SEPARATION) -> FloatArray:
+    """Those of the states `q` (b,n), the first first, that differ from all before by `separation` in some joint."""
+    return q[_distinct(q, separation, np.zeros(q.shape[1], dtype=bool))[0]]
 
 
 def _multi_start(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -33,6 +33,17 @@ class Shape:
     kind: Kind
     size: tuple[float, float, float]
     pose: FloatArray
+
+    def grown(self, by: float) -> Shape:
+        """A shape of the same kind that reaches at least `by` (m) beyond this one everywhere."""
+        a, b, c = self.size
+        sizes = {
+            "sphere": (a + by, b, c),
+            "capsule": (a + by, b, c),
+            "cylinder": (a + by, b + by, c),
+            "box": (a + by, b + by, c + by),
+        }
+        return replace(self, size=sizes[self.kind])
 
 
 def transform(xyz: Sequence[float], rpy: Sequence[float]) -> FloatArray:

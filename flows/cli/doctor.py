@@ -12,16 +12,40 @@ from plancurate.errors import PlancurateError
 from plancurate.flows.cli.console import output
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.server.prefect_server import check_reachable, configured_url
+from plancurate.tasks.lake.checkup import checkup, looked_at
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study import tracking
 
-MODULES = ("prefect", "mlflow", "duckdb", "pyarrow", "pybullet", "toppra", "torch", "sklearn", "statsmodels")
+MODULES = ("prefect", "mlflow", "duckdb", "pyarrow", "pybullet", "toppra", "torch", "sklearn")
 FREE_GB = 2.0
 
 
-def doctor(options: HomeOptions = HomeOptions()) -> None:
-    """Check Python, the native core, the libraries, the home folder and configured servers."""
+def doctor(*, lake: bool = False, options: HomeOptions = HomeOptions()) -> None:
+    """Check Python, the native core, the libraries, the home folder and configured servers.
+
+    Parameters
+    ----------
+    lake
+        Check what is in the home folder instead: every stored file against its checksum, every audit.
+    """
     home = options.folder()
+    if lake:
+        check_lake(home)
+    else:
+        check_installation(home)
+
+
+def check_lake(home: Home) -> None:
+    """Print a line for everything that is wrong in the home and exit with 1, or one line that nothing is."""
+    lines = checkup(home)
+    for line in lines or [f"{home.lake}: {looked_at(home)}, nothing wrong"]:
+        output.print(line, highlight=False, markup=False, soft_wrap=True)
+    if lines:
+        sys.exit(1)
+
+
+def check_installation(home: Home) -> None:
+    """Print a line for each check; raises PlancurateError when one fails."""
     checks: list[tuple[str, Callable[[], str]]] = [
         ("python", python),
         ("native core", native_core),
@@ -74,12 +98,12 @@ def planning() -> str:
     """Plan once, for real."""
     from plancurate.robots import load_robot, load_scene
     from plancurate.tasks.candidates.plan import plan_candidate
-    from plancurate.tasks.candidates.settings import PlanSettings, TargetSettings
+    from plancurate.tasks.candidates.settings import GenerateSettings
     from plancurate.tasks.candidates.targets import sample_targets
 
     robot, scene = load_robot("h2017"), load_scene("free")
-    target = sample_targets(robot, scene, TargetSettings(), 0, 1)[0]
-    result = plan_candidate(robot, scene, target, "RRTConnect", 0, PlanSettings()).result
+    target = sample_targets(robot, scene, GenerateSettings().targets, 0, 1)[0]
+    result = plan_candidate(robot, scene, target, "RRTConnect", 0, GenerateSettings())
     if result.status != "exact":
         raise RuntimeError(f"RRTConnect found no path: {result.reason}")
     return f"RRTConnect solved h2017 in {1000 * result.seconds:.1f} ms"

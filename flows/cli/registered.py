@@ -6,7 +6,7 @@ import inspect
 
 from plancurate import native
 from plancurate.flows.cli.console import output, table
-from plancurate.robots import load_robot, load_scene, robot_names, scene_names
+from plancurate.robots import load_robot, load_world, robot_names, scene_names
 from plancurate.tasks.curation.selectors.base import find_selector, selector_names
 
 
@@ -24,7 +24,7 @@ def robots() -> None:
     output.print(shown)
     scenes = table("scene", "floor", "obstacles")
     for name in scene_names():
-        scene = load_scene(name)
+        scene = load_world(robot_names()[0], name)[1]
         floor = "none" if scene.ground is None else f"z = {scene.ground:g} m"
         scenes.add_row(name, floor, str(len(scene.shapes)))
     output.print(scenes)
@@ -52,15 +52,15 @@ def selectors() -> None:
 
 def policies() -> None:
     """List policies with their settings."""
-    from plancurate.tasks.learning.policies import POLICIES, policy_names  # torch: no --help needs it
+    from plancurate.tasks.learning.policies import kind_of, policy_names  # torch: no --help needs it
 
     shown = table("policy", "is", "settings")
     for name in policy_names():
-        fields = POLICIES[name].model_fields
+        kind = kind_of(name)
         shown.add_row(
             name,
-            summary(POLICIES[name]),
-            ", ".join(f"{key}={field.default}" for key, field in fields.items()),
+            summary(kind),
+            ", ".join(f"{key}={field.default}" for key, field in kind.model_fields.items()),
         )
     output.print(shown)
 

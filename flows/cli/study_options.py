@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 from cyclopts import Group, Parameter
-from pydantic import BaseModel, PlainValidator, create_model
+from pydantic import BaseModel, Field, PlainValidator, create_model
 from pydantic.fields import FieldInfo
 
 from plancurate.flows.cli.options import HomeOptions
@@ -28,12 +28,12 @@ GROUP = Group(
 )
 
 
-def as_option(name: str, field: FieldInfo) -> tuple[Any, FieldInfo]:
+def as_option(name: str, field: FieldInfo) -> tuple[Any, Any]:
     """Return a field as cyclopts is to see it; those of settings within settings are not in the help."""
     if is_model(field.annotation):
         return Annotated[field.annotation, Parameter(show=False)], field
-    option = Annotated[plain(field.annotation) | None, Parameter(alias=ALIASES.get(name))]
-    return option, FieldInfo(default=None, description=field.description)
+    kind = plain(field.annotation) | None
+    return Annotated[kind, Parameter(alias=ALIASES.get(name))], Field(None, description=field.description)
 
 
 def plain(kind: Any) -> Any:

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,16 +39,24 @@ struct BoundResult {
     nb::object path;  // (w, n) array of its own
 };
 
+Simplification simplification_named(const std::string& name) {
+    if (name == "off") return Simplification::off;
+    if (name == "partial") return Simplification::partial;
+    if (name == "full") return Simplification::full;
+    throw std::invalid_argument("simplification: '" + name + "' is none of off, partial, full");
+}
+
 BoundResult bound_plan(const Robot& robot, const Scene& scene, const std::string& planner, const Array<double>& start,
                        const Array<double>& goals, const Parameters& params, std::uint64_t seed, const Budget& budget,
-                       double resolution, bool simplify) {
+                       double resolution, const std::string& simplification) {
     require_shape(start, "start", {robot.dof});
     require_shape(goals, "goals", {-1, robot.dof});
+    const Simplification amount = simplification_named(simplification);
     const Query query{robot, scene, {start.data(), start.data() + start.size()}, rows(goals), resolution};
     Result result;
     {
         const nb::gil_scoped_release released;
-        result = plan(query, planner, params, seed, budget, simplify);
+        result = plan(query, planner, params, seed, budget, amount);
     }
     nb::object path = nb::cast(path_array(result.path, robot.dof));
     return {std::move(result), std::move(path)};
@@ -109,7 +118,7 @@ void bind_planning(nanobind::module_& module) {
 
     module.def("plan", &bound_plan, nb::arg("robot"), nb::arg("scene"), nb::arg("planner"), nb::arg("start"),
                nb::arg("goals"), nb::kw_only(), nb::arg("params"), nb::arg("seed"), nb::arg("budget"),
-               nb::arg("resolution"), nb::arg("simplify"));
+               nb::arg("resolution"), nb::arg("simplification"));
     module.def("simplify", &bound_simplify, nb::arg("robot"), nb::arg("scene"), nb::arg("path"), nb::kw_only(),
                nb::arg("seed"), nb::arg("resolution") = 0.01);
     module.def("planners", &planners);

@@ -20,14 +20,15 @@ og::PathSimplifier make_simplifier(const og::PathGeometric& path, SeedSequence& 
     return og::PathSimplifier(path.getSpaceInformation());
 }
 
-// The same function by its newer name, where there is one, or its older.
+// The same function by its newer name, where there is one, or its older; 0 steps mean one for each waypoint.
 template <class Simplifier>
-auto shortcut(Simplifier& simplifier, og::PathGeometric& path, int) -> decltype(simplifier.partialShortcutPath(path)) {
-    return simplifier.partialShortcutPath(path);
+auto shortcut(Simplifier& simplifier, og::PathGeometric& path, unsigned int steps, int)
+    -> decltype(simplifier.partialShortcutPath(path)) {
+    return simplifier.partialShortcutPath(path, steps, steps);
 }
 template <class Simplifier>
-bool shortcut(Simplifier& simplifier, og::PathGeometric& path, long) {
-    return simplifier.shortcutPath(path);
+bool shortcut(Simplifier& simplifier, og::PathGeometric& path, unsigned int steps, long) {
+    return simplifier.shortcutPath(path, steps, steps);
 }
 
 // OMPL's own simplification (MoveIt uses the same) without its B-spline step, which multiplies the waypoints by
@@ -36,7 +37,7 @@ void shorten_by(og::PathSimplifier& simplifier, og::PathGeometric& path) {
     constexpr int rounds = 5;
     for (int round = 0; round < rounds && path.getStateCount() > 2; ++round) {
         const bool fewer = simplifier.reduceVertices(path);
-        const bool shorter = shortcut(simplifier, path, 0);
+        const bool shorter = shortcut(simplifier, path, 0, 0);
         simplifier.collapseCloseVertices(path);
         if (!fewer && !shorter) break;
     }
@@ -99,6 +100,12 @@ std::size_t blocked_edge(const Query& query, const Path& path) {
 void shorten(og::PathGeometric& path, SeedSequence& seeds) {
     og::PathSimplifier simplifier = make_simplifier(path, seeds);
     shorten_by(simplifier, path);
+}
+
+void shorten_partly(og::PathGeometric& path, SeedSequence& seeds) {
+    const auto steps = static_cast<unsigned int>(seeds.next() % (2 * path.getStateCount() + 1));
+    og::PathSimplifier simplifier = make_simplifier(path, seeds);
+    if (steps > 0) shortcut(simplifier, path, steps, 0);
 }
 
 Path simplify(const Robot& robot, const Scene& scene, const Path& path, std::uint64_t seed, double resolution) {

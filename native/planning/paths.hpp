@@ -26,6 +26,9 @@ std::size_t blocked_edge(const Query& query, const Path& path);
 // Fewer vertices and shortcuts: the path keeps its corners.
 void shorten(ompl::geometric::PathGeometric& path, SeedSequence& seeds);
 
+// A number of shortcuts drawn from `seeds`: none to two for each waypoint.
+void shorten_partly(ompl::geometric::PathGeometric& path, SeedSequence& seeds);
+
 // Shortens the path, then rounds its corners by B-splines. The answer is free, no longer than `path`, has the very
 // same ends, and depends on the arguments alone. Throws std::invalid_argument when `path` is empty or not free.
 Path simplify(const Robot& robot, const Scene& scene, const Path& path, std::uint64_t seed, double resolution);

@@ -79,7 +79,7 @@ public:
         else if (problem_->hasApproximateSolution()) result.status = "approximate";
     }
 
-    void take_path(Result& result, bool simplify) {
+    void take_path(Result& result, Simplification simplification) {
         if (result.status == "none") {
             if (result.reason.empty()) result.reason = "no path was found";
             return;
@@ -87,9 +87,10 @@ public:
         const bool exact = result.status == "exact";
         const auto& found = static_cast<og::PathGeometric&>(*problem_->getSolutionPath());
         std::size_t blocked = 1;
-        if (simplify) {
+        if (simplification != Simplification::off) {
             og::PathGeometric path(found);
-            shorten(path, seeds_);
+            if (simplification == Simplification::full) shorten(path, seeds_);
+            else shorten_partly(path, seeds_);
             blocked = keep(result, path, exact);
         }
         if (blocked) blocked = keep(result, found, exact);
@@ -148,13 +149,13 @@ void finish(const Query& query, Result& result) {
 }  // namespace
 
 Result plan(const Query& query, const std::string& planner, const Parameters& params, std::uint64_t seed,
-            const Budget& budget, bool simplify) {
+            const Budget& budget, Simplification simplification) {
     check_arguments(query, budget);
     Result result;
     Run run(query, planner, params, seed, budget);
     if (!settled(query, result)) {
         run.solve(result);
-        run.take_path(result, simplify);
+        run.take_path(result, simplification);
     }
     finish(query, result);
     result.seconds = run.seconds();

@@ -10,6 +10,10 @@
 
 namespace plancurate {
 
+// What becomes of a solution: `off` leaves it as it is, `full` shortens it until nothing more is gained, `partial` tries
+// a number of shortcuts drawn from the seed, as a simplifier leaves it whose time ran out.
+enum class Simplification { off, partial, full };
+
 struct Result {
     std::string status = "none";      // "exact", "approximate" or "none"
     std::string reason;               // why not exact, else ""
@@ -25,7 +29,7 @@ struct Result {
 // The same arguments give the same result (but for `seconds`) on any thread, unless termination is "seconds".
 // Throws std::invalid_argument for arguments that make no sense; whatever goes wrong in planning is a result.
 Result plan(const Query& query, const std::string& planner, const Parameters& params, std::uint64_t seed,
-            const Budget& budget, bool simplify);
+            const Budget& budget, Simplification simplification);
 
 std::string ompl_version();
 

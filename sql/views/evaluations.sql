@@ -7,6 +7,7 @@ FROM read_parquet(
     hive_partitioning = true,
     hive_types = {'robot': VARCHAR, 'scene': VARCHAR, 'pool': VARCHAR, 'study': VARCHAR}
 )
+WHERE is_beside_catalog()
 QUALIFY dense_rank() OVER (
     PARTITION BY robot, scene, pool, study, evaluation_id, kind, test_id ORDER BY filename
 ) = 1;

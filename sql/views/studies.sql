@@ -8,4 +8,5 @@ FROM read_parquet(
     hive_partitioning = true,
     hive_types = {'study': VARCHAR}
 )
+WHERE is_beside_catalog()
 QUALIFY row_number() OVER (PARTITION BY study, pool ORDER BY run_at DESC, filename) = 1;

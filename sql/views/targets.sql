@@ -7,4 +7,5 @@ FROM read_parquet(
     hive_partitioning = true,
     hive_types = {'robot': VARCHAR, 'scene': VARCHAR, 'pool': VARCHAR}
 )
+WHERE is_beside_catalog()
 QUALIFY dense_rank() OVER (PARTITION BY robot, scene, pool, target_id ORDER BY filename) = 1;

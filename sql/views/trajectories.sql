@@ -9,6 +9,7 @@ FROM read_parquet(
     hive_partitioning = true,
     hive_types = {'robot': VARCHAR, 'scene': VARCHAR, 'pool': VARCHAR, 'planner': VARCHAR}
 )
+WHERE is_beside_catalog()
 QUALIFY dense_rank() OVER (
     PARTITION BY robot, scene, pool, planner, trajectory_id ORDER BY filename
 ) = 1;

@@ -7,16 +7,23 @@ import json
 from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
 import pyarrow as pa
 
+from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.tasks.candidates.plan import plan_candidate
 from plancurate.tasks.candidates.postprocess import Postprocess, postprocess
 from plancurate.tasks.candidates.rows import candidate_row
 from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.candidates.sources import PlannedPath, find_source
 from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.lake.schema import table
+
+REVISION = 2  # raise when results change: targets, goals, timing, metrics or playback of the same settings
+
+MISSED = 1e-3  # m between a path's end and its target; nobody who plans to the target misses it by more
 
 
 @dataclass(frozen=True)
@@ -30,7 +37,13 @@ class StageSeconds:
 
 def pool_id(robot: Robot, scene: Scene, settings: GenerateSettings) -> str:
     """Name the pool of candidates that belong together; more targets and other planners add to it."""
-    content = [robot.digest, scene.digest, settings.model_dump(mode="json")]
+    content = [
+        REVISION,
+        native.ompl_version(),
+        robot.digest,
+        scene.digest,
+        settings.model_dump(mode="json"),
+    ]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:12]
 
 
@@ -42,7 +55,7 @@ def generate_candidates(
     settings: GenerateSettings,
     postprocess_path: Postprocess | None = None,
 ) -> tuple[pa.Table, StageSeconds]:
-    """Plan all runs of one planner to `targets`; return a row of `trajectories` for each, failed ones too.
+    """Plan all runs of one source to `targets`; return a row of `trajectories` for each, failed ones too.
 
     Rows depend on nothing but the arguments, measured seconds excepted. `postprocess_path` does the part that
     holds the interpreter's lock: here by default, or in other processes (`PostprocessPool`). Raises
@@ -52,17 +65,31 @@ def generate_candidates(
         postprocess_path = partial(
             postprocess, robot, scene, timing=settings.timing, playback=settings.verify
         )
-    pool = pool_id(robot, scene, settings)
+    pool, label = pool_id(robot, scene, settings), find_source(planner).label
     rows = []
     for target in targets:
         for run in range(settings.plan.runs):
-            planned = plan_candidate(robot, scene, target, planner, run, settings.plan)
-            exact = planned.result.status == "exact"
-            finished = postprocess_path(planned.result.path, target.position) if exact else None
-            name = f"t{target.target_id:04d}-{planner}-r{run}-{pool}"
-            row = candidate_row(target, planned, finished)
+            planned = held_to_target(
+                robot, target, plan_candidate(robot, scene, target, planner, run, settings)
+            )
+            exact = planned.status == "exact"
+            processed = postprocess_path(planned.path, target.position) if exact else None
+            name = f"t{target.target_id:04d}-{label}-r{run}-{pool}"
+            row = candidate_row(target, planned, processed)
             rows.append({"trajectory_id": name, "dt": settings.timing.dt, **row})
     seconds = StageSeconds(
         *(sum(row[f"{stage}_s"] for row in rows) for stage in ("plan", "timing", "verify"))
     )
     return pa.Table.from_pylist(rows, table("trajectories").schema), seconds
+
+
+def held_to_target(robot: Robot, target: Target, planned: PlannedPath) -> PlannedPath:
+    """The run itself; as one without a solution when it claims a path that ends elsewhere."""
+    if planned.status != "exact":
+        return planned
+    tool = native.fk(robot.native, planned.path[-1:])[0, :3, 3]
+    missed = float(np.linalg.norm(tool - target.position))
+    if missed <= MISSED:
+        return planned
+    reason = f"the path ends {missed:.3f} m from the target"
+    return PlannedPath(planned.run, planned.seed, "approximate", planned.path, reason, planned.termination)

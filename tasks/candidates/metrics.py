@@ -8,7 +8,13 @@ import numpy as np
 
 from plancurate import native
 from plancurate.robots.robot import Robot
+from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
+from plancurate.tasks.candidates.motions import subdivided
+
+CLEARANCE_STEP = (
+    0.01  # rad (m) between the states of an edge whose clearance is measured, as in checks of edges
+)
 
 
 class PathMetrics(TypedDict):
@@ -23,9 +29,12 @@ class PathMetrics(TypedDict):
     tool_x: float
     tool_y: float
     tool_z: float
+    min_clearance: float | None
 
 
-def path_metrics(robot: Robot, q: FloatArray, dt: float, target_position: FloatArray) -> PathMetrics:
+def path_metrics(
+    robot: Robot, scene: Scene, q: FloatArray, dt: float, target_position: FloatArray
+) -> PathMetrics:
     """Measure samples `q` (m, n), rad, m >= 1, every `dt` s, that should end at `target_position` (3,), m."""
     tool = native.fk(robot.native, np.ascontiguousarray(q))[:, :3, 3]
     x, y, z = (float(coordinate) for coordinate in tool[-1])
@@ -39,7 +48,20 @@ def path_metrics(robot: Robot, q: FloatArray, dt: float, target_position: FloatA
         tool_x=x,
         tool_y=y,
         tool_z=z,
+        min_clearance=min_clearance(robot, scene, q),
     )
+
+
+def min_clearance(robot: Robot, scene: Scene, q: FloatArray) -> float | None:
+    """Smallest distance of the arm from obstacles and floor over samples `q` (m, n) and the edges between them, m.
+
+    A lower bound, to a hundredth of a millimetre where bodies are apart. The arm's distance from itself is left out:
+    neighbouring links are always near. None where there is nothing to keep away from.
+    """
+    nearest = float(
+        native.clearance(robot.native_without_pairs, scene.native, subdivided(q, CLEARANCE_STEP)).min()
+    )
+    return nearest if np.isfinite(nearest) else None
 
 
 def joint_movement(q: FloatArray) -> float:

@@ -1,4 +1,4 @@
-"""Physics as the judge: PyBullet plays a trajectory under position control; does the arm follow?"""
+"""The judge: does a trajectory keep the robot's limits, and does the arm follow when PyBullet plays it?"""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 from plancurate import native
 from plancurate.robots import Robot, Scene
 from plancurate.robots.shapes import FloatArray
+from plancurate.tasks.candidates.limits import limit_problem
 from plancurate.tasks.candidates.settings import VerifySettings
 from plancurate.tasks.candidates.simulation import Contact, Drives, World
 
@@ -19,7 +20,7 @@ FULL_EFFORT = 0.999  # of a joint's effort limit; at or above it counts as satur
 
 @dataclass(frozen=True)
 class Verification:
-    """How a trajectory did in physics; `reason` is empty when `verified`."""
+    """How a trajectory did: inside its limits and in physics; `reason` is empty when `verified`."""
 
     verified: bool
     max_tracking_error_rad: float  # largest joint error on the way, m for a prismatic joint
@@ -55,7 +56,11 @@ def verify(robot: Robot, scene: Scene, q: FloatArray, dt: float, settings: Verif
     final = float(np.linalg.norm(tools[0] - tools[1]))
     contacts = sum(1 for touching in played.touching if touching)
     saturated = float((np.abs(played.torque) >= FULL_EFFORT * robot.effort).mean())
-    reason = _contact_reason(played, settings) or _tracking_reason(tracking, final, saturated, settings)
+    reason = (
+        _contact_reason(played, settings)
+        or limit_problem(robot, q, dt)
+        or _tracking_reason(tracking, final, saturated, settings)
+    )
     return Verification(not reason, tracking, final, contacts, saturated, reason)
 
 

@@ -44,7 +44,7 @@ def postprocess(
     timing_s = time.perf_counter() - start
     if timed.reason:
         return Postprocessed(timed, None, None, timing_s, 0.0)
-    metrics = path_metrics(robot, timed.q, timing.dt, target_position)
+    metrics = path_metrics(robot, scene, timed.q, timing.dt, target_position)
     start = time.perf_counter()
     verification = verify(robot, scene, timed.q, timing.dt, playback)
     return Postprocessed(timed, metrics, verification, timing_s, time.perf_counter() - start)

@@ -15,7 +15,7 @@ from multiprocessing.connection import wait
 import numpy as np
 from pebble import ProcessExpired, ProcessPool
 
-from plancurate.robots import Robot, Scene, load_robot, load_scene
+from plancurate.robots import Robot, Scene, load_world
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.postprocess import Postprocess, Postprocessed, postprocess
 from plancurate.tasks.candidates.settings import TimingSettings, VerifySettings
@@ -102,7 +102,7 @@ def _end_with_parent() -> None:
 
 @lru_cache(maxsize=8)
 def _loaded(setting: Setting) -> tuple[Robot, Scene]:
-    return load_robot(setting.robot), load_scene(setting.scene)
+    return load_world(setting.robot, setting.scene)
 
 
 def _postprocess(setting: Setting, path: FloatArray, target_position: FloatArray) -> Postprocessed:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from plancurate.tasks.candidates.plan import PlannedPath
 from plancurate.tasks.candidates.postprocess import Postprocessed
+from plancurate.tasks.candidates.sources import PlannedPath
 from plancurate.tasks.candidates.targets import Target
 
 Columns = dict[str, Any]
@@ -17,23 +17,35 @@ def candidate_row(target: Target, planned: PlannedPath, finished: Postprocessed 
     """Describe a run; `finished` is None without an exact solution. Columns that are missing are null."""
     x, y, z = target.position
     columns = {"target_id": target.target_id, "target_x": x, "target_y": y, "target_z": z}
-    return columns | planning_columns(planned) | finishing_columns(planned.result.reason, finished)
+    planning = planning_columns(planned) | goal_columns(target, planned)
+    return columns | planning | finishing_columns(planned.reason, finished)
 
 
 def planning_columns(planned: PlannedPath) -> Columns:
     """Columns that planning decides."""
-    result = planned.result
     return {
         "run": planned.run,
         "seed": planned.seed,
-        "status": result.status,
-        "termination": result.termination,
-        "state_checks": result.state_checks,
-        "motion_checks": result.motion_checks,
-        "goal_index": result.goal_index,
-        "n_path_waypoints": len(result.path),
-        "plan_s": result.seconds,
+        "status": planned.status,
+        "termination": planned.termination,
+        "state_checks": planned.state_checks,
+        "motion_checks": planned.motion_checks,
+        "n_path_waypoints": len(planned.path),
+        "plan_s": planned.seconds,
     }
+
+
+def goal_columns(target: Target, planned: PlannedPath) -> Columns:
+    """The goal configuration that the path ends at, and which of the target's goals is nearest to it.
+
+    That is the very goal where a run is given the target's goals, and says what kind of goal it is where a run draws
+    its own. -1 and null without an exact solution, -1 also for a target without goals.
+    """
+    if planned.status != "exact":
+        return {"goal_index": -1, "goal": None}
+    goal = planned.path[-1]
+    distances = np.linalg.norm(target.goals - goal, axis=1)
+    return {"goal_index": int(distances.argmin()) if len(distances) else -1, "goal": goal.tolist()}
 
 
 def finishing_columns(plan_reason: str, finished: Postprocessed | None) -> Columns:

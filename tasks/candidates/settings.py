@@ -1,21 +1,40 @@
-"""What decides the candidates of a pool. Apart from what plans and simulates, which takes a second to import."""
+"""Everything but robot and scene that decides what candidates a pool holds. Light: configurations import it."""
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field, field_validator
 
-from plancurate import native
 from plancurate.bounds import Settings
 from plancurate.errors import UnknownNameError
+from plancurate.tasks.candidates.sources import find_source
 
 
 class TargetSettings(Settings):
-    """Where targets lie. One nearer to the start than `min_distance_m` could be reached by standing still."""
+    """Where targets lie and how the tool may be turned there.
 
-    range_m: float = Field(default=0.5, gt=0, description="edge of the cube around the home tool position, m")
-    min_distance_m: float = Field(
-        default=0.1, ge=0, description="least distance to the home tool position, m"
+    A target nearer to the start than `min_distance_m` could be reached by standing still. Lengths that are left
+    out are shares of the robot's reach.
+    """
+
+    regions: tuple[str, ...] = Field(
+        default=(), description="the scene's regions to draw from; none: all it has, or else the cube"
     )
+    range_m: float | None = Field(
+        default=None,
+        gt=0,
+        description="edge of the cube around the start's tool position, m; null: 0.294 reach",
+    )
+    min_distance_m: float | None = Field(
+        default=None, ge=0, description="least distance to the start's tool position, m; null: 0.059 reach"
+    )
+    orientation: Literal["exact", "yaw_free", "cone", "any"] = Field(
+        default="exact",
+        description="the tool at a target: as at the start or as the scene says; turned about its own axis; that "
+        "and tilted by up to cone_deg; any way",
+    )
+    cone_deg: float = Field(default=40.0, gt=0, le=180, description="greatest tilt of a cone, degrees")
     seed: int = Field(default=0, ge=0, description="another seed gives other targets")
     max_tries: int = Field(default=200, gt=0, description="positions drawn for a target before giving up")
 
@@ -25,6 +44,17 @@ class PlanSettings(Settings):
 
     runs: int = Field(default=3, gt=0, description="runs of each planner for each target")
     seed: int = Field(default=0, ge=0, description="another seed gives other paths")
+    goals: Literal["all", "nearest", "pose"] = Field(
+        default="all",
+        description="a run's goal configurations: all of the target's; the one nearest to the start; its own draw "
+        "within the target's tolerance",
+    )
+    goal_draws: int = Field(
+        default=4, gt=0, description="goal configurations that a run draws, for goals=pose"
+    )
+    clearance_m: float = Field(
+        default=0.0, ge=0, description="distance kept to obstacles beyond the scene's margin, m"
+    )
     state_checks: int = Field(
         default=100_000, gt=0, description="collision checks of states after which a run ends"
     )
@@ -37,7 +67,10 @@ class PlanSettings(Settings):
     resolution: float = Field(
         default=0.01, gt=0, description="joint step of collision checks along edges, rad"
     )
-    simplify: bool = Field(default=True, description="shorten and smooth solutions")
+    simplification: Literal["off", "partial", "full"] = Field(
+        default="full",
+        description="how far solutions are shortened: not at all, by a drawn number of shortcuts, all the way",
+    )
     params: dict[str, dict[str, str]] = Field(
         default={}, description="a planner's parameters by OMPL's names"
     )
@@ -45,13 +78,11 @@ class PlanSettings(Settings):
     @field_validator("params")
     @classmethod
     def _known(cls, params: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
-        infos = {info.name: info for info in native.planners()}
         for planner, names in params.items():
-            if planner not in infos:
-                raise UnknownNameError("planner", planner, infos)
+            known = find_source(planner).params
             for name in names:
-                if name not in infos[planner].params:
-                    raise UnknownNameError(f"parameter of planner {planner}", name, infos[planner].params)
+                if name not in known:
+                    raise UnknownNameError(f"parameter of planner {planner}", name, known)
         return params
 
 
@@ -93,7 +124,7 @@ class VerifySettings(Settings):
 
 
 class GenerateSettings(Settings):
-    """Everything but robot and scene that decides what candidates a pool holds."""
+    """All of the above."""
 
     targets: TargetSettings = Field(default_factory=TargetSettings)
     plan: PlanSettings = Field(default_factory=PlanSettings)

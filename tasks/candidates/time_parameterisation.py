@@ -21,10 +21,10 @@ from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
+from plancurate.tasks.candidates.limits import limit_problem
 from plancurate.tasks.candidates.motions import Pace, spline_samples, stopping_samples, subdivided
 from plancurate.tasks.candidates.settings import TimingSettings
 
-POSITION_TOLERANCE = 1e-6  # rad (m): what rounding to float32 may add to a joint at its limit
 SHORTEST_SEGMENT = 1e-4  # rad: nearer waypoints are one; a spline between them would turn on the spot
 
 
@@ -79,10 +79,8 @@ def problem_of(robot: Robot, scene: Scene, q: FloatArray, settings: TimingSettin
     """Say in a few words what is wrong with the samples `q` (m, n), or nothing ("")."""
     if len(q) == 0:
         return "no motion faster than with stops"
-    if np.any(q < robot.lower - POSITION_TOLERANCE) or np.any(q > robot.upper + POSITION_TOLERANCE):
-        return "leaves the joint limits"
-    if Pace(robot.velocity, robot.acceleration, settings.dt).excess(q) > 1:
-        return "exceeds the velocity or acceleration limits"
+    if problem := limit_problem(robot, q, settings.dt):
+        return problem
     if not np.all(native.edge_is_free(robot.native, scene.native, q[:-1], q[1:], settings.resolution)):
         return "collides"
     return ""

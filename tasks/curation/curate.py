@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.pool import Pool, load_waypoints
 from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.curation.selectors.base import STAGES
@@ -36,15 +37,17 @@ def curate(
     *,
     robot: Robot,
     scene: Scene,
+    learning: LearningSettings,
     metadata: Mapping[str, str],
     clock: Callable[[], float] = time.perf_counter,
 ) -> Selection:
     """Return a study's selection, made now or found in the lake; `metadata` goes in its part's footer.
 
     What another study selected from the same pool in the same way is taken over, measured times included.
+    `learning` are the study's settings, for selectors that train, roll out or time.
     PlancurateError for a budget that the pool can't meet.
     """
-    key = wanted_id(pool, choice, budget, seed)
+    key = wanted_id(pool, choice, budget, seed, learning)
     partition = {**pool.partition, "study": study}
     own = key in lake.keys("selections", partition)
     known = partition if own else lake.locate("selections", pool.partition, key)
@@ -60,6 +63,7 @@ def curate(
             robot=robot,
             scene=scene,
             waypoints=lambda ids: load_waypoints(lake, pool.partition, ids),
+            learning=learning,
             clock=clock,
         )
     if not own:
@@ -67,11 +71,13 @@ def curate(
     return selection
 
 
-def wanted_id(pool: Pool, choice: SelectorChoice, budget: int | None, seed: int) -> str:
+def wanted_id(
+    pool: Pool, choice: SelectorChoice, budget: int | None, seed: int, learning: LearningSettings
+) -> str:
     """Name the selection that `curate` returns for the same arguments."""
     chosen = choice.selector
     settings = chosen.parse(choice.params).model_dump()
-    return selection_id(chosen, pool, checked_budget(chosen, budget), seed, settings)
+    return selection_id(chosen, pool, checked_budget(chosen, budget), seed, settings, learning)
 
 
 def stored_selection(lake: Lake, partition: Mapping[str, str], key: str) -> Selection:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import glob
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import duckdb
@@ -16,32 +16,41 @@ from plancurate.tasks.lake.schema import TABLES
 CATALOG_NAME = "catalog.duckdb"
 # DuckDB 1.4 and the tools built on it still open this; 2.0's own default they can't.
 _STORAGE_VERSION = "v1.2.0"
-# In this order: waypoints reads another view.
-_QUERIES = ("views/macros", *(f"views/{name}" for name in TABLES), "views/waypoints")
+DERIVED_VIEWS = {
+    "waypoints": {"trajectories"},
+    "study_candidates": {"trajectories", "studies"},
+    "study_trials": {"evaluations", "studies"},
+    "scene_trials": {"evaluations", "studies"},
+}
+"""Views and table macros over the tables' own views, with the tables that they read; later ones read earlier ones."""
 
 
 def define_views(connection: duckdb.DuckDBPyConnection, parts: Mapping[str, Sequence[Path]]) -> None:
-    """Create the metric macros and all views over these parts of each table, in memory.
+    """Create the metric macros and the views of these tables over these parts, in memory.
 
     Every look then sees the same parts, however many come and go meanwhile.
     """
+    connection.execute("CREATE MACRO is_beside_catalog() AS true")
     for name, paths in parts.items():
         connection.execute(f"SET VARIABLE {name}_parts = $1", [[glob.escape(str(path)) for path in paths]])
         connection.execute(f"CREATE MACRO {name}_parts() AS getvariable('{name}_parts')")
-    for query in _QUERIES:
-        connection.execute(load(query))
+    for statement in _views(parts):
+        connection.execute(statement)
 
 
 def write_catalog(root: Path) -> Path:
-    """Write root/catalog.duckdb unless it already says the same; it opens from any working folder."""
+    """Write root/catalog.duckdb unless it already says the same; it reads the lake that it lies in, even copied."""
     path = root / CATALOG_NAME
-    statements = _catalog_statements(root)
+    statements = list(_catalog_statements())
     digest = hashlib.sha256("".join(statements).encode()).hexdigest()
     if _digest_of(path) == digest:
         return path
     temporary = temporary_path(path)
     try:
         with duckdb.connect() as connection:
+            connection.execute(
+                "SET VARIABLE lake_folder = $1", [str(root.resolve())]
+            )  # views are tried at once
             connection.execute(
                 f"ATTACH {_quoted(str(temporary))} AS built (STORAGE_VERSION '{_STORAGE_VERSION}')"
             )
@@ -56,14 +65,21 @@ def write_catalog(root: Path) -> Path:
     return path
 
 
-def _catalog_statements(root: Path) -> list[str]:
-    # A view can't take bound parameters; these macros are the one place where a path enters SQL text.
-    folder = glob.escape(str(root.resolve()))
-    places = [
-        f"CREATE MACRO {kind.name}_parts() AS {_quoted(f'{folder}/{kind.name}/{kind.pattern}')}"
-        for kind in TABLES.values()
-    ]
-    return [*places, *map(load, _QUERIES)]
+def _catalog_statements() -> Iterator[str]:
+    yield load("views/beside")
+    for kind in TABLES.values():
+        pattern = _quoted(f"{kind.name}/{kind.pattern}")
+        yield f"CREATE MACRO {kind.name}_parts() AS lake_files({pattern})"
+    yield from _views(TABLES)
+
+
+def _views(names: Mapping[str, object]) -> Iterator[str]:
+    yield load("views/macros")
+    for name in names:
+        yield load(f"views/{name}")
+    for name, tables in DERIVED_VIEWS.items():
+        if names.keys() >= tables:
+            yield load(f"views/{name}")
 
 
 def _digest_of(path: Path) -> str | None:

@@ -17,7 +17,10 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from plancurate.tasks.lake.parts import MERGED_MARK, merged_parts, part_keys, write_part
+from plancurate.tasks.lake.footer import MERGED_MARK, merged_parts, part_keys
+from plancurate.tasks.lake.inspection import refuse
+from plancurate.tasks.lake.manifest import forget, locked
+from plancurate.tasks.lake.parts import write_part
 from plancurate.tasks.lake.schema import PART_PATTERN, Table, table
 from plancurate.tasks.lake.store import Lake
 
@@ -35,10 +38,11 @@ def compact(
     """Remove parts merged `grace_s` ago or earlier, merge what is left; returns how many were removed.
 
     Called twice with the grace time between, it leaves a single part. Running it at any time, from several
-    processes, or killing it changes no query's result.
+    processes, or killing it changes no query's result. PlancurateError for a damaged part.
     """
     kind, folder = table(name), lake.folder(name, partition)
     try:
+        refuse(lake.inspection.settled(folder, kind).damage)
         removed = _remove_merged(folder, kind, time.time() - grace_s)
         parts = sorted(folder.glob(PART_PATTERN))
         if len(set(parts) - _inside(parts, kind)) > 1:
@@ -59,7 +63,8 @@ def _merge(folder: Path, parts: list[Path], kind: Table, metadata: Mapping[str, 
 def _rows(parts: list[Path], kind: Table) -> pa.Table:
     """Rows of all parts in order of identity, each once."""
     rows = pa.concat_tables(
-        pq.read_table(part, partitioning=None).replace_schema_metadata() for part in parts
+        pq.read_table(part, partitioning=None, page_checksum_verification=True).replace_schema_metadata()
+        for part in parts
     )
     by_identity = rows.select(kind.identity).append_column("row", pa.array(range(rows.num_rows)))
     first = by_identity.group_by(list(kind.identity)).aggregate([("row", "min")])
@@ -67,11 +72,14 @@ def _rows(parts: list[Path], kind: Table) -> pa.Table:
 
 
 def _remove_merged(folder: Path, kind: Table, before: float) -> int:
-    """Remove parts that a merged part, there since before that time, holds."""
-    settled = [part for part in folder.glob(PART_PATTERN) if part.stat().st_mtime <= before]
-    removed = [part for part in _inside(settled, kind) if part.exists()]
-    for part in removed:
-        part.unlink(missing_ok=True)
+    """Remove parts that a merged part, there since before that time, holds; a held part needs no entry."""
+    with locked(folder):
+        settled = [part for part in folder.glob(PART_PATTERN) if part.stat().st_mtime <= before]
+        inside = _inside(settled, kind)
+        forget(folder, (part.name for part in inside))
+        removed = [part for part in inside if part.exists()]
+        for part in removed:
+            part.unlink()
     return len(removed)
 
 

@@ -1,25 +1,23 @@
-"""Part files: written whole or not at all, checked before anything is read from them."""
+"""Part files: written whole or not at all, and entered in the folder's manifest before they appear."""
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import uuid
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake.schema import SCHEMA_VERSION, TABLES, Table
+from plancurate.tasks.lake.footer import OWN, PARTITION, VERSION, partition_of
+from plancurate.tasks.lake.manifest import append, entry_of, locked
+from plancurate.tasks.lake.schema import SCHEMA_VERSION, Table
 
 # Hidden and without the suffix: neither our globs nor anyone's `*.parquet` can match a half-written file.
 TEMPORARY_PATTERN = ".*.tmp"
-MERGED_MARK = "~"  # not allowed in keys, so a merged part can't take another part's name
-VERSION_FIELD = "plancurate.schema_version"
 _SAFE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 
 
@@ -52,10 +50,14 @@ def publish(temporary: Path, path: Path) -> None:
 
 
 def write_part(path: Path, table: Table, rows: pa.Table, metadata: Mapping[str, str]) -> None:
-    """Write rows (in the table's file schema) as one part; readers see all of it or nothing."""
+    """Write rows (in the table's file schema) as one part; readers see all of it or nothing.
+
+    Of several writers of the same part at once the first one's stays.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
-    footer = {f"plancurate.{name}": value for name, value in metadata.items()}
-    footer[VERSION_FIELD] = str(SCHEMA_VERSION)
+    footer = {OWN + name: value for name, value in metadata.items()}
+    footer[OWN + VERSION] = str(SCHEMA_VERSION)
+    footer[OWN + PARTITION] = partition_of(path.parent, table)
     temporary = temporary_path(path)
     try:
         pq.write_table(
@@ -64,8 +66,13 @@ def write_part(path: Path, table: Table, rows: pa.Table, metadata: Mapping[str, 
             compression="zstd",
             use_dictionary=[field.name for field in table.schema if field.type == pa.string()],
             column_encoding=dict.fromkeys(_nested_reals(table.schema), "BYTE_STREAM_SPLIT"),
+            write_page_checksum=True,
         )
-        publish(temporary, path)
+        entry = entry_of(temporary, path.name, rows.num_rows)
+        with locked(path.parent):
+            if not path.exists():
+                append(path.parent, entry)
+                publish(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -81,86 +88,6 @@ def conform(table: Table, rows: pa.Table) -> pa.Table:
         if not field.nullable and rows[field.name].null_count:
             raise ValueError(f"rows for {table.name}: column {field.name} must not hold nulls")
     return rows.select(table.schema.names).cast(table.schema)
-
-
-def read_footer(path: Path, table: Table) -> dict[str, str]:
-    """The part's own metadata; PlancurateError that says what is wrong when it is no part of this table."""
-    try:
-        found = pq.read_metadata(path)
-    except FileNotFoundError:
-        raise
-    except (pa.ArrowInvalid, OSError) as error:
-        raise PlancurateError(
-            f"{path}: no readable Parquet file ({str(error).splitlines()[0]}); remove it and run again"
-        ) from None
-    footer = {name.decode(): value.decode() for name, value in (found.metadata or {}).items()}
-    _check_version(path, footer.get(VERSION_FIELD))
-    if not found.schema.equals(_parquet_schema(table.name)):
-        _say_difference(path, table, found.schema.to_arrow_schema())
-    own = "plancurate."
-    return {name.removeprefix(own): value for name, value in footer.items() if name.startswith(own)}
-
-
-def part_keys(path: Path, table: Table) -> list[str]:
-    """The part's key, or for a merged part those of all parts in it."""
-    key = path.name.removeprefix("part-").removesuffix(".parquet")
-    return _listed(path, table, "keys") if is_merged(path) else [key]
-
-
-def merged_parts(path: Path, table: Table) -> list[Path]:
-    """The parts that this part holds; none unless it is a merged one."""
-    return [path.with_name(name) for name in _listed(path, table, "supersedes")] if is_merged(path) else []
-
-
-def is_merged(path: Path) -> bool:
-    """Whether the part was made from other parts."""
-    return MERGED_MARK in path.name
-
-
-def _listed(path: Path, table: Table, field: str) -> list[str]:
-    try:
-        return list(json.loads(read_footer(path, table)[field]))
-    except FileNotFoundError:  # merged into another part, which lists the same and more
-        return []
-
-
-def _check_version(path: Path, version: str | None) -> None:
-    if version is None:
-        raise PlancurateError(f"{path}: not written by plancurate (no {VERSION_FIELD}); move it away")
-    if version != str(SCHEMA_VERSION):
-        raise PlancurateError(
-            f"{path}: schema version {version}, but this plancurate reads version {SCHEMA_VERSION}; "
-            "use another home folder or the release that wrote it"
-        )
-
-
-@cache
-def _parquet_schema(name: str) -> pq.ParquetSchema:
-    """A table's schema as Parquet has it: comparing this is four times faster than Arrow's reading of it."""
-    buffer = pa.BufferOutputStream()
-    pq.write_table(TABLES[name].schema.empty_table(), buffer)
-    return pq.read_metadata(pa.BufferReader(buffer.getvalue())).schema
-
-
-def _say_difference(path: Path, table: Table, schema: pa.Schema) -> None:
-    for name in (*table.schema.names, *schema.names):
-        if not _same(schema, table.schema, name):
-            raise PlancurateError(
-                f"{path}: column {name} is {_kind(schema, name)}, the table {table.name} has "
-                f"{_kind(table.schema, name)}; move the file out of the lake"
-            )
-    raise PlancurateError(f"{path}: its columns are in another order than those of the table {table.name}")
-
-
-def _same(one: pa.Schema, other: pa.Schema, name: str) -> bool:
-    return name in one.names and name in other.names and bool(one.field(name).equals(other.field(name)))
-
-
-def _kind(schema: pa.Schema, name: str) -> str:
-    if name not in schema.names:
-        return "missing"
-    field = schema.field(name)
-    return f"{field.type}{' (may be null)' if field.nullable else ''}"
 
 
 def _nested_reals(schema: pa.Schema) -> list[str]:

@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import glob
 import time
-from collections.abc import Mapping
+import warnings
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 import duckdb
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from plancurate.errors import PlancurateError
 from plancurate.sql import load
-from plancurate.tasks.lake.catalog import define_views
-from plancurate.tasks.lake.parts import (
-    TEMPORARY_PATTERN,
-    conform,
-    merged_parts,
-    part_keys,
-    part_path,
-    read_footer,
-    safe_name,
-    write_part,
-)
-from plancurate.tasks.lake.schema import PART_PATTERN, TABLES, Table, table
+from plancurate.tasks.lake.footer import is_merged, part_keys
+from plancurate.tasks.lake.inspection import Damage, Inspection, refuse, strays
+from plancurate.tasks.lake.parts import TEMPORARY_PATTERN, conform, part_path, safe_name, write_part
+from plancurate.tasks.lake.schema import PART_PATTERN, POOL_LEVELS, TABLES, Table, table
+from plancurate.tasks.lake.session import open_session, require_select, tables_named_in
 
 # Every table holds one part without rows under this partition value, so that a view over an empty table
 # has its columns. '_' can't begin a partition value of anybody's.
@@ -33,11 +28,16 @@ _READ_ATTEMPTS = 5
 
 
 class Lake:
-    """Tables of Parquet parts under one folder, safe for any number of readers and writers at once."""
+    """Tables of Parquet parts under one folder, safe for any number of readers and writers at once.
+
+    `levels` are values of partition levels (robot, scene, pool, planner, study), as many as one likes. Whatever
+    reads takes only the partitions that match those of the levels that a table has, and refuses a damaged part
+    among them; damage elsewhere does not matter.
+    """
 
     def __init__(self, root: Path) -> None:
         self.root = root.resolve()
-        self._sound: set[tuple[Path, int, int]] = set()  # parts already checked: path, size, mtime
+        self.inspection = Inspection()
 
     def folder(self, name: str, partition: Mapping[str, str]) -> Path:
         """The folder of a partition, all of whose levels must be given; ValueError otherwise."""
@@ -61,68 +61,100 @@ class Lake:
 
     def keys(self, name: str, partition: Mapping[str, str]) -> set[str]:
         """Keys of the parts that exist, those merged into a bigger part included."""
-        found: set[str] = set()
-        for path in self.folder(name, partition).glob(PART_PATTERN):
-            found.update(part_keys(path, table(name)))
-        return found
+        paths = self.folder(name, partition).glob(PART_PATTERN)
+        return {key for path in paths for key in part_keys(path, table(name))}
 
     def locate(self, name: str, levels: Mapping[str, str], key: str) -> dict[str, str] | None:
-        """Return the first partition matching these levels that has the part `key`, None without one."""
+        """The first partition that matches the levels and has a sound part `key`; None if there is none."""
         kind = table(name)
-        chosen = [f"{level}={glob.escape(levels.get(level, '')) or '*'}" for level in kind.partition]
-        for path in sorted((self.root / name).glob("/".join([*chosen, part_path(Path(), key).name]))):
-            return dict(part.split("=", 1) for part in path.parent.relative_to(self.root / name).parts)
+        for folder in self.partitions(name, levels):
+            if part_path(folder, key).exists() or any(map(is_merged, folder.glob(PART_PATTERN))):
+                parts = self.inspection.settled(folder, kind).parts
+                if any(key in part_keys(path, kind) for path in parts):
+                    return dict(level.split("=", 1) for level in folder.parts[-len(kind.partition) :])
         return None
 
-    def read(self, name: str, partition: Mapping[str, str]) -> pa.Table:
+    def partitions(self, name: str, levels: Mapping[str, str]) -> list[Path]:
+        """Folders of the partitions that match the levels; a level that the table lacks cuts nothing."""
+        kind = table(name)
+        chosen = [f"{level}={glob.escape(levels.get(level, '')) or '[!_]*'}" for level in kind.partition]
+        return sorted(path for path in (self.root / name).glob("/".join(chosen)) if path.is_dir())
+
+    def _needed(self, name: str, levels: Mapping[str, str]) -> list[Path]:
+        """Partitions that a question about these levels reads: of a study's trajectories, those of its pools."""
+        folders = self.partitions(name, levels)
+        if "study" not in levels or "study" in table(name).partition:
+            return folders
+        pools, above = self._pools(levels["study"]), len((self.root / name).parts)
+        return [path for path in folders if path.parts[above : above + len(POOL_LEVELS)] in pools]
+
+    def _pools(self, study: str) -> set[tuple[str, ...]]:
+        """Folder levels of the pools that a study is recorded with."""
+        kind = table("studies")
+        parts = [
+            path
+            for folder in self.partitions("studies", {"study": study})
+            for path in self.inspection.settled(folder, kind).parts
+        ]
+        rows = [row for path in parts for row in pq.ParquetFile(path).read(list(POOL_LEVELS)).to_pylist()]
+        return {tuple(f"{level}={row[level]}" for level in POOL_LEVELS) for row in rows}
+
+    def read(self, name: str, levels: Mapping[str, str]) -> pa.Table:
         """All rows of the partitions that match any subset of levels; the partition's columns come first."""
         kind = table(name)
-        if unknown := set(partition) - set(kind.partition):
+        if unknown := set(levels) - set(kind.partition):
             raise ValueError(f"{name} is partitioned by {list(kind.partition)}, not by {sorted(unknown)}")
-        where = " AND ".join(f"{level} = ${level}" for level in partition) or "true"
         order = ", ".join((*kind.partition, *kind.identity))
-        rows = self._run(f"SELECT * FROM {name} WHERE {where} ORDER BY {order}", dict(partition))
+        rows = self._run(f"SELECT * FROM {name} ORDER BY {order}", levels)
         return rows.select(kind.full_schema.names).cast(kind.full_schema)
 
     def query(self, name: str, **parameters: object) -> pa.Table:
-        """Run sql/<name>.sql over the views with bound parameters; the same parts give the same bits."""
-        return self._run(load(name), parameters, threads=1)  # several add floats in the order they finish
+        """Run sql/<name>.sql over the views with bound parameters; the same parts give the same bits.
 
-    def sql(self, statement: str) -> pa.Table:
+        A parameter that is called like a level ($pool, $study, ...) is that level's value.
+        """
+        levels = {level: value for level, value in parameters.items() if isinstance(value, str)}
+        return self._run(load(name), levels, parameters, threads=1)  # several add floats as they finish
+
+    def sql(self, statement: str, say: Callable[[str], object] = warnings.warn) -> pa.Table:
         """Run one SELECT of the user's: nothing is written, no file outside the lake is opened.
 
-        PlancurateError for anything but a single SELECT (DESCRIBE, SUMMARIZE and SHOW count as such).
+        Damaged parts are left out, with a line for each to `say`. PlancurateError for anything but a single
+        SELECT (DESCRIBE, SUMMARIZE and SHOW count as such).
         """
+        left_out: dict[Path, Damage] = {}
+
+        def leave_out(damage: Iterable[Damage]) -> None:
+            left_out.update({problem.path: problem for problem in damage})
+
         try:
-            return self._run(statement, {}, locked=True)
+            rows = self._run(statement, {}, locked=True, judge=leave_out)
         except duckdb.Error as error:
             raise PlancurateError(f"SQL: {str(error).splitlines()[0]}") from None
+        for problem in left_out.values():
+            say(f"left out: {problem.line}")
+        return rows
 
-    def connect(self, *, locked: bool = False) -> duckdb.DuckDBPyConnection:
+    def connect(
+        self, levels: Mapping[str, str] | None = None, *, sound_only: bool = False
+    ) -> duckdb.DuckDBPyConnection:
         """An in-memory DuckDB connection with all views over the parts of now; the caller closes it.
 
-        Every part is checked. `locked` shuts out every file outside the lake and freezes the settings.
+        `sound_only` leaves damaged parts out instead of refusing them.
         """
+        parts, damage = self._inventory(TABLES, levels or {})
+        if not sound_only:
+            refuse(damage)
+        return open_session(self.root, parts)
+
+    def damage(self) -> list[Damage]:
+        """Everything in the lake that is not as it was written, and Parquet files that are no parts of it."""
         if not self.root.is_dir():
-            raise PlancurateError(f"no lake at {self.root}: generate one first or name another home folder")
-        self._lay_out()
-        parts = self.check()
-        connection = duckdb.connect(config={"temp_directory": str(self.root / ".spill")})
-        connection.execute("SET TimeZone = 'UTC'")
-        define_views(connection, parts)
-        if locked:
-            folder = f"{self.root}/"
-            connection.execute("SET allowed_directories = [$1, $2]", [folder, glob.escape(folder)])
-            connection.execute("SET enable_external_access = false")
-            connection.execute("SET lock_configuration = true")
-        return connection
-
-    def check(self) -> dict[str, list[Path]]:
-        """Parts of each table without those merged into another one, which may vanish at any time.
-
-        PlancurateError for a part that is torn, foreign or of another schema version.
-        """
-        return {name: self._sound_parts(kind) for name, kind in TABLES.items()}
+            return []
+        found = self._inventory(TABLES, {})[1]
+        for kind in TABLES.values():
+            found += strays(self.root, kind, [*self.partitions(kind.name, {}), self._nobody(kind)])
+        return found
 
     def sweep(self, older_than_s: float = _STALE_AFTER_S) -> list[Path]:
         """Remove temporary files that killed processes left behind; returns their paths."""
@@ -135,58 +167,57 @@ class Lake:
     def _run(
         self,
         statement: str,
-        parameters: Mapping[str, object],
+        levels: Mapping[str, str],
+        parameters: Mapping[str, object] | None = None,
         *,
         locked: bool = False,
         threads: int | None = None,
+        judge: Callable[[Iterable[Damage]], None] = refuse,
     ) -> pa.Table:
         for attempts_left in reversed(range(_READ_ATTEMPTS)):
             try:
-                with self.connect(locked=locked) as connection:
+                parts, damage = self._inventory(tables_named_in(statement), levels)
+                judge(damage)
+                with open_session(self.root, parts, locked=locked) as connection:
                     if threads:
                         connection.execute(f"SET threads = {threads:d}")
                     if locked:
-                        _require_select(connection, statement)
-                    return connection.sql(statement, params=dict(parameters) or None).to_arrow_table()
+                        require_select(connection, statement)
+                    return connection.sql(statement, params=dict(parameters or {}) or None).to_arrow_table()
             except (duckdb.IOException, FileNotFoundError):  # a listed part was merged before it was opened
                 if not attempts_left:
                     raise
         raise AssertionError("unreachable")
 
-    def _sound_parts(self, kind: Table) -> list[Path]:
-        found = sorted((self.root / kind.name).glob(kind.pattern))
-        inside = {part for path in found for part in merged_parts(path, kind)}
-        parts = [path for path in found if path not in inside]
-        for path in parts:
-            self._check_part(path, kind)
-        return parts
-
-    def _check_part(self, path: Path, kind: Table) -> None:
-        stat = path.stat()
-        mark = (path, stat.st_size, stat.st_mtime_ns)
-        if mark not in self._sound:
-            read_footer(path, kind)
-            self._sound.add(mark)
+    def _inventory(
+        self, names: Iterable[str], levels: Mapping[str, str]
+    ) -> tuple[dict[str, list[Path]], list[Damage]]:
+        """Sound parts of the tables in the partitions that match, and everything that is wrong there."""
+        if not self.root.is_dir():
+            raise PlancurateError(f"no lake at {self.root}: generate one first or name another home folder")
+        self._lay_out()
+        parts: dict[str, list[Path]] = {}
+        damage: list[Damage] = []
+        for kind in map(table, names):
+            folders = [*self._needed(kind.name, levels), self._nobody(kind)]
+            found = [self.inspection.settled(folder, kind) for folder in folders]
+            parts[kind.name] = [path for inventory in found for path in inventory.parts]
+            damage += [problem for inventory in found for problem in inventory.damage]
+        return parts, damage
 
     def _lay_out(self) -> None:
         """Give every table its part without rows."""
         for kind in TABLES.values():
-            path = self._join(kind, [_NOBODY] * len(kind.partition)) / "part-schema.parquet"
+            path = self._nobody(kind) / "part-schema.parquet"
             if not path.exists():
                 write_part(path, kind, kind.schema.empty_table(), {"key": "schema"})
+
+    def _nobody(self, kind: Table) -> Path:
+        return self._join(kind, [_NOBODY] * len(kind.partition))
 
     def _join(self, kind: Table, values: list[str]) -> Path:
         levels = [f"{level}={value}" for level, value in zip(kind.partition, values, strict=True)]
         return self.root.joinpath(kind.name, *levels)
-
-
-def _require_select(connection: duckdb.DuckDBPyConnection, statement: str) -> None:
-    found = connection.extract_statements(statement)
-    if len(found) != 1 or found[0].type not in (duckdb.StatementType.SELECT, duckdb.StatementType.MULTI):
-        raise PlancurateError("SQL: exactly one SELECT statement is allowed here")
-    # DuckDB also runs COPY and INSERT as common table expressions of a SELECT, but not below its top level.
-    inner = statement.strip().rstrip(";")
-    connection.execute(f"EXPLAIN SELECT * FROM (\n{inner}\n)")
 
 
 def _modified(path: Path) -> float:

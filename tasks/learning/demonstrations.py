@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-import pyarrow as pa
 
-from plancurate import native
 from plancurate.errors import PlancurateError
-from plancurate.robots.robot import Robot
+from plancurate.tasks.learning.arc import resampled, resampled_steps
+from plancurate.tasks.learning.observations import Layout, State, layout, observe, state_at
+from plancurate.tasks.learning.settings import TrainSettings
+
+if TYPE_CHECKING:
+    from plancurate.robots.robot import Robot
+    from plancurate.robots.scene import Scene
 
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
@@ -23,10 +28,14 @@ HOLD_STEPS = 10
 
 @dataclass(frozen=True, eq=False)
 class Demonstrations:
-    """Steps of all episodes one after another, with o = 3 + n numbers observed and n joints."""
+    """Steps of all episodes one after another, with o numbers observed and n joints."""
 
+    layout: Layout
+    """Observation terms, and how many of the o numbers each gives."""
     observations: Float32Array
-    """(steps, o): target minus tool position (m), then joint angles (rad or m)."""
+    """(steps, o)."""
+    q: Float32Array
+    """(steps, n): joint angles, rad (m for a sliding joint)."""
     actions: Float32Array
     """(steps, n): next joint angles minus the present ones; zero where the episode holds."""
     starts: IntArray
@@ -54,46 +63,46 @@ class Demonstrations:
         return np.asarray(np.minimum(first[:, None] + np.arange(length), last[:, None]))
 
 
-def observe(robot: Robot, q: FloatArray, target_positions: FloatArray) -> FloatArray:
-    """Observations (b, 3 + n) of joint angles q (b, n) with the tool due at target_positions (b, 3)."""
-    tool = native.fk(robot.native, np.ascontiguousarray(q))[:, :3, 3]
-    return np.concatenate([target_positions - tool, q], axis=1)
-
-
 def demonstrations(
     robot: Robot,
+    scene: Scene,
     trajectories: Sequence[FloatArray],
     target_positions: FloatArray,
-    hold_steps: int = HOLD_STEPS,
+    settings: TrainSettings = TrainSettings(),
     *,
+    hold_steps: int = HOLD_STEPS,
     steps: Sequence[IntArray | None] | None = None,
     weights: FloatArray | None = None,
 ) -> Demonstrations:
     """Build demonstrations from trajectories, each (m, n), that lead to target_positions (trajectories, 3).
 
-    An episode has m + hold_steps steps; from the last waypoint on the action is to stay. `steps` names the
-    waypoints of each trajectory (None: all) at which a window may begin; it may begin while the robot holds if
-    it may at the last waypoint. `weights` (trajectories,) say how much more often windows are drawn.
-    Raises PlancurateError when there is nothing to learn from.
+    `settings` say what is observed, and whether trajectories are resampled by arc first. An episode has
+    m + hold_steps steps; from the last waypoint on the action is to stay. `steps` names the waypoints of each
+    trajectory (None: all) at which a window may begin; it may begin while the robot holds if it may at the last
+    waypoint. `weights` (trajectories,) say how much more often windows are drawn. Raises PlancurateError when
+    there is nothing to learn from.
     """
     if len(trajectories) == 0:
         raise PlancurateError("demonstrations: 0 trajectories were kept; a policy needs at least one")
+    starting = steps or [None] * len(trajectories)
+    if settings.demonstration_steps == "arc":
+        trajectories, starting = _by_arc(trajectories, starting, settings.arc_rad)
     held = [np.concatenate([q, np.repeat(q[-1:], hold_steps + 1, axis=0)]) for q in trajectories]
     lengths = np.array([len(q) - 1 for q in held], dtype=np.int64)
-    now = np.concatenate([q[:-1] for q in held])
-    actions = np.concatenate([np.diff(q, axis=0) for q in held])
-    observations = observe(robot, now, np.repeat(target_positions, lengths, axis=0))
-    starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
+    starts = np.cumsum(lengths) - lengths
     begin = [
         np.arange(m) if kept is None else _with_hold(kept, len(q), m)
-        for m, q, kept in zip(lengths, trajectories, steps or [None] * len(trajectories), strict=True)
+        for m, q, kept in zip(lengths, trajectories, starting, strict=True)
     ]
     counts = [len(b) for b in begin]
     if not any(counts):
         raise PlancurateError("demonstrations: no step of the kept trajectories was left to learn from")
+    state = _states(robot, scene, held, np.repeat(target_positions, lengths, axis=0))
     return Demonstrations(
-        observations=observations.astype(np.float32),
-        actions=actions.astype(np.float32),
+        layout=layout(settings.observation, robot),
+        observations=observe(settings.observation, state).astype(np.float32),
+        q=state.q.astype(np.float32),
+        actions=np.concatenate([np.diff(q, axis=0) for q in held]).astype(np.float32),
         starts=starts,
         lengths=lengths,
         window_starts=np.concatenate([start + b for start, b in zip(starts, begin, strict=True)]),
@@ -101,14 +110,30 @@ def demonstrations(
     )
 
 
+def _by_arc(
+    trajectories: Sequence[FloatArray], steps: Sequence[IntArray | None], step: float
+) -> tuple[list[FloatArray], list[IntArray | None]]:
+    """Trajectories resampled by arc, and the waypoints of theirs that stand for those named."""
+    moved = [
+        None if kept is None else resampled_steps(q, kept, step)
+        for q, kept in zip(trajectories, steps, strict=True)
+    ]
+    return [resampled(q, step) for q in trajectories], moved
+
+
+def _states(robot: Robot, scene: Scene, held: Sequence[FloatArray], targets: FloatArray) -> State:
+    """States at all steps of trajectories that end held, with a target (steps, 3) each; goals are their ends."""
+    return state_at(
+        robot,
+        scene,
+        np.concatenate([q[:-1] for q in held]),
+        targets,
+        previous_q=np.concatenate([np.concatenate([q[:1], q[:-2]]) for q in held]),
+        goal=np.concatenate([np.broadcast_to(q[-1], q[1:].shape) for q in held]),
+    )
+
+
 def _with_hold(kept: IntArray, waypoints: int, length: int) -> IntArray:
     """Kept waypoints, and the held steps after the last waypoint if that is kept."""
     held = np.arange(waypoints, length) if waypoints - 1 in kept else np.empty(0, np.int64)
     return np.concatenate([np.asarray(kept, dtype=np.int64), held])
-
-
-def demonstrations_from_rows(robot: Robot, rows: pa.Table, hold_steps: int = HOLD_STEPS) -> Demonstrations:
-    """Build demonstrations from solved rows of the lake's trajectories (columns q and target_x, _y, _z)."""
-    trajectories = [np.asarray(q, dtype=np.float64) for q in rows.column("q").to_pylist()]
-    targets = np.stack([rows.column(f"target_{axis}").to_numpy() for axis in "xyz"], axis=1)
-    return demonstrations(robot, trajectories, targets, hold_steps)

@@ -5,67 +5,22 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from typing import Any, Literal
 
 import torch
-from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.learning.demonstrations import Demonstrations
 from plancurate.tasks.learning.policies.batches import Batches, generator, normaliser
 from plancurate.tasks.learning.policies.device import usable
-from plancurate.tasks.learning.policies.policy import Policy, kind_of, make_policy
+from plancurate.tasks.learning.policies.policy import Policy
 from plancurate.tasks.learning.policies.stack import Adam, ParameterStack
-from plancurate.tasks.learning.policies.trained import Action, TrainedPolicy
+from plancurate.tasks.learning.policies.trained import TrainedPolicy
+from plancurate.tasks.learning.settings import TrainSettings
 
 REVISION = 1
 """Raise it when training gives other networks than before: their ids hold it."""
 LOG_ENTRIES = 50
 """Entries of a loss curve."""
-
-
-class TrainSettings(BaseModel):
-    """How every network is trained, whatever was selected for it."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    steps: int = Field(
-        2000, ge=1, description="gradient steps, the same for every selection; the last state counts"
-    )
-    learning_rate: float = Field(1e-3, gt=0, description="largest step size of Adam")
-    schedule: Literal["cosine", "constant"] = Field("cosine", description="how the learning rate goes on")
-    weight_decay: float = Field(
-        1.0,
-        ge=0,
-        description="pull of all weights to zero, so that a policy acts alike near what it was shown",
-    )
-    clip: float = Field(1.0, gt=0, description="largest norm of a network's gradient")
-    window: int = Field(
-        10,
-        ge=1,
-        description="steps a recurrent policy is trained on; in a rollout its memory is reset so often",
-    )
-    action: Action = Field(
-        "delta", description="next joint angles as a difference to the present ones, or as they are"
-    )
-    size: Literal["small", "robomimic"] = Field(
-        "small", description="small and fast networks, or the sizes of robomimic's experiments"
-    )
-    policies: dict[str, dict[str, Any]] = Field(
-        default={}, description='settings of single policies, e.g. {"BC_RNN_Dropout": {"dropout": 0.3}}'
-    )
-    device: str = Field("cpu", description="where the networks are trained: cpu or cuda")
-
-    @model_validator(mode="after")
-    def _policies_are_known(self) -> TrainSettings:
-        for name, values in self.policies.items():
-            make_policy(name, values)
-        return self
-
-    def policy(self, name: str) -> Policy:
-        """Build the named policy in the size and with the settings asked for."""
-        sizes = kind_of(name).robomimic if self.size == "robomimic" else {}
-        return make_policy(name, {**sizes, **self.policies.get(name, {})})
 
 
 def train(
@@ -81,7 +36,7 @@ def train(
     `progress` is told the gradient steps done. Raises PlancurateError for unknown names or mismatched data.
     """
     kind = settings.policy(policy)
-    _check(data, seeds)
+    _check(data, seeds, settings)
     device = usable(settings.device)
     began = time.perf_counter()
     normalisers = [normaliser(d, settings.action) for d in data]
@@ -99,6 +54,7 @@ def train(
             policy=kind,
             weights=stack.network(s),
             normaliser=normalisers[s],
+            layout=data[s].layout,
             action=settings.action,
             window=settings.window,
             seed=seed,
@@ -144,7 +100,7 @@ def learning_rate(step: int, settings: TrainSettings) -> float:
     return settings.learning_rate * 0.5 * (1 + math.cos(math.pi * step / settings.steps))
 
 
-def _check(data: Sequence[Demonstrations], seeds: Sequence[int]) -> None:
+def _check(data: Sequence[Demonstrations], seeds: Sequence[int], settings: TrainSettings) -> None:
     if not data:
         raise PlancurateError("train: no demonstrations were given")
     if len(data) != len(seeds):
@@ -154,3 +110,10 @@ def _check(data: Sequence[Demonstrations], seeds: Sequence[int]) -> None:
     joints = {d.dof for d in data}
     if len(joints) > 1:
         raise PlancurateError(f"train: data sets of {sorted(joints)} joints; one stack is of one robot")
+    for d in data:
+        observed = tuple(name for name, _ in d.layout)
+        if observed != settings.observation:
+            raise PlancurateError(
+                f"train: demonstrations show the observation {', '.join(observed)}; "
+                f"the settings ask for {', '.join(settings.observation)}"
+            )

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 from plancurate.tasks.candidates.generate import generate_candidates
 from plancurate.tasks.candidates.postprocess_pool import Setting, shared_postprocess
+from plancurate.tasks.candidates.sources import find_source
 from plancurate.tasks.candidates.target_table import stored_targets, target_rows, targets_key
 from plancurate.tasks.candidates.targets import Target, sample_targets
+from plancurate.tasks.lake.mend import mend
 from plancurate.tasks.study.context import PoolContext, StudyContext
 
 
@@ -27,6 +29,12 @@ class Part:
         return f"{first:04d}" if first == last else f"{first:04d}-{last:04d}"
 
 
+def mend_pool(study: StudyContext, pool: PoolContext) -> list[str]:
+    """Move damaged parts of a pool aside, so that they count as missing; returns a line for each."""
+    tables = ("targets", "trajectories")
+    return [damage.line for name in tables for damage in mend(study.lake, name, pool.partition)]
+
+
 def study_targets(study: StudyContext, pool: PoolContext) -> list[Target]:
     """Return a pool's targets from the lake, drawing and storing those that are not there yet."""
     known, count = stored_targets(study.lake, pool.partition), study.config.n_targets
@@ -43,7 +51,8 @@ def missing_parts(study: StudyContext, pool: PoolContext, targets: Sequence[Targ
     done = {(row["planner"], row["target_id"]) for row in planned}
     parts, size = [], study.config.targets_per_task
     for planner in study.config.planners:
-        left = [target for target in targets if (planner, target.target_id) not in done]
+        label = find_source(planner).label
+        left = [target for target in targets if (label, target.target_id) not in done]
         groups = (tuple(left[i : i + size]) for i in range(0, len(left), size))
         parts += [Part(pool.pool, planner, group) for group in groups]
     return sorted(parts, key=lambda part: part.label)
@@ -64,6 +73,6 @@ def make_part(study: StudyContext, part: Part) -> Planned:
     rows, _ = generate_candidates(
         pool.robot, pool.scene, list(part.targets), part.planner, pool.settings, shared_postprocess(setting)
     )
-    partition = {**pool.partition, "planner": part.planner}
+    partition = {**pool.partition, "planner": find_source(part.planner).label}
     study.lake.write("trajectories", partition, part.label, rows, pool.metadata)
     return Planned(rows.num_rows, rows["solved"].to_pylist().count(False))

@@ -17,9 +17,9 @@ from plancurate import native
 from plancurate.bounds import Seed, Settings
 from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.candidates.sources import source_names
 from plancurate.tasks.curation.selector_choice import SelectorChoice
-from plancurate.tasks.learning.rollouts import EvaluateSettings
-from plancurate.tasks.learning.train import TrainSettings
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.yaml_files import merged, read_mapping
 
 PRESETS = Path(__file__).parent / "presets"
@@ -57,7 +57,8 @@ class StudyConfig(Settings):
     pools: dict[Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")], dict[str, Any]] = Field(
         default={},
         description="Variants of `candidates` by name, each with the fields that differ, such as "
-        "{raw: {plan: {simplify: false}}}; each is a pool of its own in every scene. None: `candidates` as it is.",
+        "{raw: {plan: {simplification: 'off'}}}; each is a pool of its own in every scene. "
+        "Empty: `candidates` as it is.",
     )
     selectors: tuple[Choice, ...] = Field(
         tuple(SelectorChoice.model_construct(name=name) for name in BASIC_SELECTORS),
@@ -115,7 +116,7 @@ class StudyConfig(Settings):
     @field_validator("planners")
     @classmethod
     def _known_planners(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        return known("planner", names, [planner.name for planner in native.planners()])
+        return known("planner", names, source_names())
 
     @field_validator("policies")
     @classmethod

@@ -9,20 +9,23 @@ from itertools import combinations
 
 from plancurate import __version__, native
 from plancurate.errors import PlancurateError
-from plancurate.robots import Robot, Scene, load_robot, load_scene
+from plancurate.robots import Robot, Scene, load_world
 from plancurate.tasks.candidates.generate import pool_id
 from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.candidates.sources import find_source
 from plancurate.tasks.candidates.targets import require_free_home
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.learning import rollouts, train
-from plancurate.tasks.learning.policies import POLICIES
+from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.identity import digest
 
 # What these say is in the ids of the pools, or says only how fast a study runs and what it is called.
 _NOT_IN_KEY = {
-    "name", "robot", "scenes", "candidates", "pools", "workers", "targets_per_task", "runner", "dask_scheduler",
+    "name", "robot", "scenes", "candidates", "pools", "planners",
+    "workers", "targets_per_task", "runner", "dask_scheduler",
 }  # fmt: skip
 
 
@@ -55,6 +58,10 @@ class PoolContext:
             "ompl_version": native.ompl_version(),
         }
 
+    def learning(self, config: StudyConfig) -> LearningSettings:
+        """Return the study's settings as selectors that train, roll out or time use them."""
+        return LearningSettings(config.training, config.evaluation, self.settings.timing)
+
     @property
     def title(self) -> str:
         """Name the pool for a person."""
@@ -81,12 +88,17 @@ class StudyContext:
         content = {
             "pools": [[pool.label, pool.pool] for pool in self.pools],
             "config": config.model_dump(mode="json", exclude=_NOT_IN_KEY),
-            "planners": sorted(config.planners),
+            "planners": sorted(self.sources),
             "selectors": [[c.selector.origin, c.selector.revision] for c in config.selectors],
-            "policies": [POLICIES[name].revision for name in config.policies],
+            "policies": [kind_of(name).revision for name in config.policies],
             "stages": [train.REVISION, rollouts.REVISION],
         }
         return digest(content, 8)
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """What the lake keeps the trajectories of each planner under."""
+        return tuple(find_source(name).label for name in self.config.planners)
 
     @property
     def study(self) -> str:
@@ -124,8 +136,7 @@ class StudyRef:
 
 def open_study(config: StudyConfig, home: Home) -> StudyContext:
     """Load what the configuration names; raises PlancurateError for what is not there or does not fit."""
-    robot = load_robot(config.robot)
-    pools = tuple(_pools(config, robot))
+    pools = tuple(_pools(config))
     for one, other in combinations(pools, 2):
         if one.title == other.title:
             raise PlancurateError(f"scenes: two are called '{one.scene.name}'; rename one of the files")
@@ -141,9 +152,9 @@ def reference(study: StudyContext) -> StudyRef:
     return StudyRef(study.config.model_dump_json(), str(study.home.root), study.key)
 
 
-def _pools(config: StudyConfig, robot: Robot) -> Iterator[PoolContext]:
+def _pools(config: StudyConfig) -> Iterator[PoolContext]:
     for source in config.scenes:
-        scene = load_scene(source)
+        robot, scene = load_world(config.robot, source)
         require_free_home(robot, scene)
         for label in config.pool_labels:
             settings = config.pool_settings(label)

@@ -119,8 +119,10 @@ def selected_demonstrations(study: StudyContext, wanted: WantedSelection) -> Dem
     steps, weight = selection.kept["steps"].to_pylist(), selection.kept["weight"]
     return demonstrations(
         pool.robot,
+        pool.scene,
         selected_waypoints(study, selection, pool.partition),
         np.array([position[target] for target in selection.kept["target_id"].to_pylist()]),
+        study.config.training,
         steps=[kept if kept is None else np.array(kept, dtype=np.int64) for kept in steps],
         weights=None if weight.null_count == len(weight) else weight.to_numpy(),
     )

@@ -27,7 +27,7 @@ def record_study(study: StudyContext) -> None:
             "scene": pool.scene.name,
             "pool": pool.pool,
             "pool_label": pool.label,
-            "planners": list(config.planners),
+            "planners": list(study.sources),
             "n_targets": config.n_targets,
             "run_at": now,
             "package_version": __version__,

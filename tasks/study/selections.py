@@ -34,13 +34,16 @@ class WantedSelection:
 def study_pool(study: StudyContext, pool: PoolContext) -> Pool:
     """Load a study's candidates of one pool; raises PlancurateError when there are none."""
     targets = range(study.config.n_targets)
-    return load_pool(study.lake, pool.partition, targets=targets, planners=study.config.planners)
+    return load_pool(study.lake, pool.partition, targets=targets, planners=study.sources)
 
 
 def wanted_selections(study: StudyContext, pool: PoolContext, loaded: Pool) -> list[WantedSelection]:
     """Return the selections of one pool in the order of the study's selectors, budgets and selection seeds."""
+    learning = pool.learning(study.config)
     return [
-        WantedSelection(pool.pool, loaded.hash, choice, budget, seed, wanted_id(loaded, choice, budget, seed))
+        WantedSelection(
+            pool.pool, loaded.hash, choice, budget, seed, wanted_id(loaded, choice, budget, seed, learning)
+        )
         for choice in study.config.selectors
         for budget in budgets(choice, study.config.budgets)
         for seed in selection_seeds(choice, study.config.selection_seeds)
@@ -77,6 +80,7 @@ def make_selection(study: StudyContext, wanted: WantedSelection) -> Selection:
         wanted.seed,
         robot=pool.robot,
         scene=pool.scene,
+        learning=pool.learning(study.config),
         metadata=study.metadata,
     )
 

@@ -11,6 +11,7 @@ import json
 import logging
 import math
 import os
+import sqlite3
 import tempfile
 import time
 import urllib.error
@@ -22,6 +23,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from plancurate.errors import PlancurateError
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study.artifact_roots import adopt_artifacts
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -78,6 +81,8 @@ class ChildRun:
     selection_id: str
     n_kept: int
     model_folder: Path
+    model_inputs: int
+    """Numbers in a row that the served model takes."""
     dof: int
     tags: Mapping[str, str]
 
@@ -95,6 +100,7 @@ class ChildRun:
 def ensure_store(database: Path) -> str:
     """URI of the MLflow store: `MLFLOW_TRACKING_URI` where it is set, else the SQLite file, made if missing.
 
+    A home that was copied or moved finds its models and artifacts in its own folder from then on.
     Raises PlancurateError for a server that does not answer or a database that this MLflow can't use.
     """
     if configured := os.environ.get("MLFLOW_TRACKING_URI"):
@@ -109,7 +115,8 @@ def ensure_store(database: Path) -> str:
         fcntl.flock(lock, fcntl.LOCK_EX)  # two processes that make the tables at once both fail
         try:
             _client(uri)
-        except (MlflowException, SQLAlchemyError) as error:
+            adopt_artifacts(database, Home(database.parent).artifacts, VIEW)
+        except (MlflowException, SQLAlchemyError, sqlite3.Error) as error:
             reason = " ".join(str(error).split())
             raise PlancurateError(f"{database}: not a database that this MLflow can use: {reason}") from None
     return uri
@@ -296,7 +303,7 @@ def _log_model(client: MlflowClient, experiment_id: str, run_id: str, child: Chi
     from mlflow.types import Schema, TensorSpec
 
     signature = ModelSignature(
-        inputs=Schema([TensorSpec(np.dtype(np.float64), (-1, 3 + child.dof))]),
+        inputs=Schema([TensorSpec(np.dtype(np.float64), (-1, child.model_inputs))]),
         outputs=Schema([TensorSpec(np.dtype(np.float64), (-1, child.dof))]),
     )
     model = client.create_logged_model(
@@ -310,7 +317,7 @@ def _log_model(client: MlflowClient, experiment_id: str, run_id: str, child: Chi
             data_path=str(child.model_folder),
             mlflow_model=Model(run_id=run_id, model_id=model.model_id),
             signature=signature,
-            input_example=np.zeros((1, 3 + child.dof)),
+            input_example=np.zeros((1, child.model_inputs)),
             pip_requirements=REQUIREMENTS,
         )
         client.log_model_artifacts(model.model_id, path)

@@ -1,3 +1,4 @@
+import re
 import shutil
 import subprocess
 import sys
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 from plancurate import native
-from plancurate.robots import load_robot, load_scene, robot_names, scene_names
+from plancurate.robots import load_robot, load_scene, load_world, robot_names, scene_names
 from plancurate.robots.urdf import read_urdf
 from plancurate.tasks.candidates.playback import play, verify
 from plancurate.tasks.candidates.settings import VerifySettings
@@ -33,8 +34,8 @@ def some_goals(robot, count):
 @pytest.mark.parametrize("name", robot_names())
 @pytest.mark.parametrize("scene", scene_names())
 def test_every_robot_of_the_package_holds_its_home(name, scene):
-    robot = load_robot(name)
-    found = verify(robot, load_scene(scene), np.repeat(robot.home[None], 20, axis=0), DT, SETTINGS)
+    robot, scene = load_world(name, scene)
+    found = verify(robot, scene, np.repeat(robot.home[None], 20, axis=0), DT, SETTINGS)
     assert found.verified, found.reason
     assert found.max_tracking_error_rad < 1e-3
 
@@ -107,13 +108,36 @@ def test_a_robot_too_weak_for_gravity_is_refused(tmp_path):
     assert found.saturated_share > 0.1
 
 
-def test_saturation_alone_is_refused_when_asked_for():
-    robot = load_robot("h2017")
-    path = smooth_motion(robot, np.array([1.0, 0.6, 1.0, 0.5, 1.0, 0.0]))[::4]  # four times too fast
+def test_saturation_alone_is_refused_when_asked_for(tmp_path):
+    robot = with_effort(load_robot("h2017").urdf.parent, tmp_path, 200)
+    path = smooth_motion(robot, np.array([1.0, 0.6, 1.0, 0.5, 1.0, 0.0]))
     loose = VerifySettings(max_tracking_error_rad=9, max_final_error_m=9, max_saturated_share=0.0)
     found = verify(robot, load_scene("free"), path, DT, loose)
     assert "effort limit" in found.reason
     assert not verify(robot, load_scene("free"), path, DT, SETTINGS).verified
+
+
+def test_a_motion_faster_than_the_limits_is_refused_and_the_joint_named():
+    robot, scene = load_robot("h2017"), load_scene("free")
+    path = smooth_motion(robot, robot.home + np.array([0, 0, 0, 0.8, 0, 0]))
+    assert verify(robot, scene, path, DT, SETTINGS).verified
+    twice = verify(robot, scene, path, DT / 2, SETTINGS)
+    assert not twice.verified
+    assert re.fullmatch(
+        r"joint_4 exceeds its acceleration limit [34]\.\d\d times after 0\.\d\d s", twice.reason
+    )
+    steady = robot.home + np.arange(40)[:, None] * np.array([0, 0, 0, 0, 0, 0.005])
+    assert (
+        "joint_6 exceeds its velocity limit 1.27 times"
+        in verify(robot, scene, steady, 0.00125, SETTINGS).reason
+    )
+
+
+def test_a_motion_beyond_a_joint_s_range_is_refused_and_the_joint_named():
+    robot, scene = load_robot("h2017"), load_scene("free")
+    beyond = robot.home + np.array([robot.upper[0] + 0.02, 0, 0, 0, 0, 0])  # its URDF allows twice as much
+    reason = verify(robot, scene, smooth_motion(robot, beyond), DT, SETTINGS).reason
+    assert reason.startswith("joint_1 leaves its position limits by 0.02 at sample")
 
 
 @pytest.mark.parametrize("name", ["h2017", "seven", "scara"])

@@ -8,13 +8,10 @@ from hypothesis.extra.numpy import arrays
 
 from plancurate import native
 from plancurate.robots import Robot, Scene, load_robot, load_scene
+from plancurate.tasks.candidates.limits import POSITION_TOLERANCE
 from plancurate.tasks.candidates.motions import Pace
-from plancurate.tasks.candidates.time_parameterisation import (
-    POSITION_TOLERANCE,
-    TimingSettings,
-    time_path,
-    without_repeats,
-)
+from plancurate.tasks.candidates.settings import TimingSettings
+from plancurate.tasks.candidates.time_parameterisation import time_path, without_repeats
 
 ROBOT = load_robot("h2017")
 FREE = load_scene("free")

@@ -9,15 +9,19 @@ import pytest
 
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots import load_robot, load_scene
+from plancurate.tasks.candidates.time_parameterisation import TimingSettings
 from plancurate.tasks.curation import curate as steps
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.pool import Pool, load_pool
 from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.curation.selectors import base as registry
 from plancurate.tasks.curation.selectors.base import Kept, Problem, Settings, selector, selector_names
 from plancurate.tasks.curation.selectors.selection import Selection
 from plancurate.tasks.lake import Lake
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 
 ROBOT, SCENE, STUDY = load_robot("h2017"), load_scene("free"), "one-12345678"
+LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 PARTITION = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 BUILT_IN = (
     "General", "Random", "RuleBased_General", "KMeans", "DBSCAN", "Hierarchical",
@@ -128,9 +132,14 @@ def test_general_keeps_all_whatever_the_budget(small_lake: Lake) -> None:
             "KMeans_Hybrid",
             1,
             {"scaling": "max"},
-            "parameter scaling='max': Input should be 'zscore'",
+            "parameter scaling = 'max': Input should be 'zscore'",
         ),
-        ("KMeans", 1, {"scaling": "raw"}, r"parameter scaling='raw': Extra inputs .*\(parameters: n_init\)"),
+        (
+            "KMeans",
+            1,
+            {"scaling": "raw"},
+            r"parameter scaling = 'raw': Extra inputs .*\(parameters: n_init\)",
+        ),
         ("DBSCAN", 1, {"min_samples": 7}, "every candidate is noise"),
     ],
 )

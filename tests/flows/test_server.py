@@ -190,7 +190,8 @@ def test_a_configured_server_that_does_not_answer_is_said_in_one_line(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_server_that_can_not_start_is_said_in_one_line(tmp_path: Path) -> None:
+def test_a_server_that_can_not_start_is_said_in_one_line(tmp_path: Path, expected_in_logs: list[str]) -> None:
+    expected_in_logs.append("unable to open database file")
     home = Home(tmp_path)
     (home.prefect / "prefect.db").mkdir(parents=True)
     complaint = pytest.raises(PlancurateError, match=r"server\.log: the Prefect server did not start")

@@ -11,6 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from ..service_logs import expected_in_logs, no_traceback, no_traceback_in_the_end
+
+__all__ = ["expected_in_logs", "no_traceback", "no_traceback_in_the_end"]
+
 Command = Callable[..., subprocess.CompletedProcess[str]]
 UNCONFIGURED = ("PREFECT_API_URL", "MLFLOW_TRACKING_URI", "PLANCURATE_HOME")
 

@@ -66,4 +66,4 @@ def assert_sound(home: Path) -> None:
     lake = Lake(home / "lake")
     for name in sql.names("audits"):
         assert lake.query(name).num_rows == 0, name
-    lake.check()
+    assert lake.damage() == []

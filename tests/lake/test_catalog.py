@@ -50,20 +50,62 @@ def test_the_catalog_can_be_attached_beside_other_databases(small_lake: Lake) ->
     catalog = write_catalog(small_lake.root)
     with duckdb.connect() as connection:
         connection.execute(f"ATTACH '{catalog}' AS lake (READ_ONLY)")
+        with pytest.raises(duckdb.Error, match="SET VARIABLE lake_folder"):
+            connection.sql("FROM lake.trajectories")
+        connection.execute(f"SET VARIABLE lake_folder = '{small_lake.root}'")
         rows = connection.sql(
             "SELECT joint_movement, lake.joint_movement_of(q) FROM lake.trajectories WHERE solved"
         )
         assert all(stored == pytest.approx(again, abs=1e-6) for stored, again in rows.fetchall())
 
 
-def test_an_unchanged_catalog_is_left_alone_and_a_moved_lake_gets_a_new_one(
+def test_a_copied_catalog_answers_from_the_copy_even_when_the_original_is_gone(
     small_lake: Lake, tmp_path: Path
 ) -> None:
+    write_catalog(small_lake.root)
+    copy = tmp_path / "it's a [copy] *" / "lake"
+    shutil.copytree(small_lake.root, copy)
+    shutil.rmtree(copy / "trajectories" / "robot=h2017" / "scene=free" / "pool=0a1b2c" / "planner=RRT")
+    assert count(copy / "catalog.duckdb", small_lake.root) == 9
+    assert count(Path("lake/catalog.duckdb"), copy.parent) == 9
+    assert count(Path("catalog.duckdb"), copy) == 9
+    shutil.rmtree(small_lake.root)
+    assert count(copy / "catalog.duckdb", Path("/")) == 9
+    shutil.rmtree(copy / "trajectories")
+    with pytest.raises(subprocess.CalledProcessError) as failed:
+        count(copy / "catalog.duckdb", Path("/"))
+    assert "No files found" in failed.value.stderr
+
+
+def test_a_catalog_attached_to_another_ones_session_is_refused(small_lake: Lake, tmp_path: Path) -> None:
+    catalog = write_catalog(small_lake.root)
+    shutil.copytree(small_lake.root, tmp_path / "copy")
+    with duckdb.connect(str(catalog), read_only=True) as connection:
+        connection.execute(f"ATTACH '{tmp_path}/copy/catalog.duckdb' AS copied (READ_ONLY)")
+        for name in TABLES:
+            with pytest.raises(
+                duckdb.Error, match=f"{tmp_path}/copy/catalog.duckdb would answer from {catalog.parent}"
+            ):
+                connection.sql(f"FROM copied.{name}").fetchall()
+
+
+def test_a_session_that_spills_elsewhere_is_told_what_to_say(small_lake: Lake, tmp_path: Path) -> None:
+    catalog = write_catalog(small_lake.root)
+    with duckdb.connect(str(catalog), read_only=True, config={"temp_directory": str(tmp_path)}) as connection:
+        with pytest.raises(duckdb.Error, match="SET VARIABLE lake_folder"):
+            connection.sql("FROM trajectories")
+        connection.execute(f"SET VARIABLE lake_folder = '{small_lake.root}'")
+        assert connection.sql("FROM trajectories").shape[0] == 18
+
+
+def test_the_catalog_holds_no_path_and_is_written_once(small_lake: Lake, tmp_path: Path) -> None:
     catalog = write_catalog(small_lake.root)
     before = catalog.stat().st_mtime_ns
     assert write_catalog(small_lake.root).stat().st_mtime_ns == before
+    assert str(small_lake.root).encode() not in catalog.read_bytes()
     moved = small_lake.root.rename(tmp_path / "moved")
-    assert count(write_catalog(moved), Path("/")) == 18
+    assert write_catalog(moved).stat().st_mtime_ns == before
+    assert count(moved / "catalog.duckdb", Path("/")) == 18
 
 
 def test_a_damaged_catalog_is_replaced(small_lake: Lake) -> None:

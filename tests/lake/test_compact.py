@@ -13,9 +13,11 @@ import duckdb
 import pyarrow as pa
 import pytest
 
+from plancurate.errors import PlancurateError
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.lake.compact import compact
+from plancurate.tasks.lake.manifest import read_manifest
 from plancurate.tasks.lake.schema import table
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0123"}
@@ -53,6 +55,32 @@ def test_rows_and_keys_are_the_same_before_between_and_after(lake: Lake) -> None
         assert len(files(lake)) == expected_files
         assert lake.read("targets", POOL).equals(before)
         assert lake.keys("targets", POOL) == keys
+        assert lake.damage() == []
+    assert list(read_manifest(lake.folder("targets", POOL)).entries) == [files(lake)[0].name]
+
+
+def test_a_removal_that_was_killed_leaves_nothing_that_looks_damaged(
+    lake: Lake, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compact(lake, "targets", POOL, {}, grace_s=600)
+    with monkeypatch.context() as killed:
+        killed.setattr(Path, "unlink", kill)
+        with pytest.raises(KeyboardInterrupt):
+            compact(lake, "targets", POOL, {}, grace_s=0)
+    assert len(files(lake)) == 6
+    assert lake.damage() == []
+    assert compact(lake, "targets", POOL, {}, grace_s=0) == 5
+
+
+def kill(path: Path, **_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def test_a_damaged_part_is_not_merged(lake: Lake) -> None:
+    files(lake)[1].write_bytes(files(lake)[0].read_bytes())
+    with pytest.raises(PlancurateError, match=r"part-001\.parquet: changed"):
+        compact(lake, "targets", POOL, {}, grace_s=0)
+    assert len(files(lake)) == 5
 
 
 def test_parts_stay_until_the_grace_time_is_over(lake: Lake) -> None:
@@ -99,7 +127,8 @@ def test_trajectories_keep_their_waypoints(small_lake: Lake) -> None:
     before = small_lake.read("trajectories", partition)
     for _ in range(2):
         compact(small_lake, "trajectories", partition, {"package": "0"}, grace_s=0)
-    assert len(list(small_lake.folder("trajectories", partition).iterdir())) == 1
+    folder = small_lake.folder("trajectories", partition)
+    assert sorted(path.suffix for path in folder.iterdir()) == [".jsonl", ".parquet"]
     assert small_lake.read("trajectories", partition).equals(before)
 
 

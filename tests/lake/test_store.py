@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import os
-import re
 import time
 from pathlib import Path
 
@@ -11,7 +10,8 @@ import pytest
 
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.tasks.lake import Lake
-from plancurate.tasks.lake.parts import read_footer
+from plancurate.tasks.lake.compact import compact
+from plancurate.tasks.lake.footer import read_footer
 from plancurate.tasks.lake.schema import SCHEMA_VERSION, TABLES, table
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0123"}
@@ -52,7 +52,12 @@ def test_views_over_empty_tables_have_their_columns(lake: Lake, part: Path, name
 
 def test_the_footer_says_how_the_part_came_to_be(lake: Lake, part: Path) -> None:
     footer = read_footer(part, table("targets"))
-    assert footer == {"seed": "3", "key": "a", "schema_version": str(SCHEMA_VERSION)}
+    assert footer == {
+        "seed": "3",
+        "key": "a",
+        "schema_version": str(SCHEMA_VERSION),
+        "partition": "robot=h2017/scene=free/pool=0123",
+    }
 
 
 def test_writing_the_same_part_again_changes_nothing(lake: Lake, part: Path) -> None:
@@ -80,6 +85,22 @@ def test_reading_can_be_cut_to_any_level(small_lake: Lake) -> None:
         small_lake.read("trajectories", {"colour": "red"})
 
 
+def test_a_key_is_located_among_the_partitions_that_match(lake: Lake, part: Path) -> None:
+    other = {**POOL, "pool": "0124"}
+    lake.write("targets", other, "b", rows(2), {})
+    scene = {"robot": "h2017", "scene": "free"}
+    assert lake.locate("targets", scene, "b") == other
+    assert lake.locate("targets", {**scene, "study": "x"}, "a") == POOL
+    assert lake.locate("targets", POOL, "b") is None
+    assert lake.locate("targets", {"scene": "table"}, "a") is None
+    for _ in range(2):
+        lake.write("targets", other, "c", rows(3), {})
+        compact(lake, "targets", other, {}, grace_s=0)
+    assert lake.locate("targets", scene, "c") == other  # inside a merged part
+    part.write_bytes(b"damaged")
+    assert lake.locate("targets", scene, "a") is None
+
+
 def test_columns_and_partitions_that_do_not_fit_are_refused(lake: Lake) -> None:
     with pytest.raises(ValueError, match=r"missing columns \['goals'\], unknown columns \[\]"):
         lake.write("targets", POOL, "a", rows(0).drop_columns(["goals"]), {})
@@ -105,66 +126,6 @@ def test_a_lake_that_is_not_there_is_said_so_and_not_made(tmp_path: Path) -> Non
     with pytest.raises(PlancurateError, match="no lake at"):
         Lake(tmp_path / "nowhere").query("results/studies")
     assert not (tmp_path / "nowhere").exists()
-
-
-def corrupt(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:-20])
-
-
-def empty(path: Path) -> None:
-    path.write_bytes(b"")
-
-
-def foreign(path: Path) -> None:
-    pq.write_table(pa.table({"a": [1]}), path)
-
-
-def other_version(path: Path) -> None:
-    footer = {"plancurate.schema_version": str(SCHEMA_VERSION + 1)}
-    pq.write_table(rows(0).replace_schema_metadata(footer), path)
-
-
-def other_column(path: Path) -> None:
-    footer = {"plancurate.schema_version": str(SCHEMA_VERSION)}
-    wrong = rows(0).set_column(1, "x", pa.array(["one"]))
-    pq.write_table(wrong.replace_schema_metadata(footer), path)
-
-
-def folder_in_place(path: Path) -> None:
-    path.unlink()
-    path.mkdir()
-
-
-@pytest.mark.parametrize(
-    ("damage", "message"),
-    [
-        (corrupt, "no readable Parquet file"),
-        (empty, "no readable Parquet file"),
-        (foreign, "not written by plancurate"),
-        (other_version, f"schema version {SCHEMA_VERSION + 1}, but this plancurate reads version"),
-        (other_column, "column x is string (may be null), the table targets has double"),
-        (folder_in_place, "no readable Parquet file"),
-    ],
-)
-def test_a_bad_part_is_named_with_what_is_wrong(lake: Lake, part: Path, damage, message: str) -> None:  # type: ignore[no-untyped-def]
-    damage(part)
-    for read in (
-        lambda: lake.read("targets", POOL),
-        lambda: lake.query("results/studies"),
-        lambda: lake.sql("SELECT * FROM targets"),
-        lake.check,
-    ):
-        with pytest.raises(PlancurateError, match=re.escape(message)) as caught:
-            read()
-        assert str(part) in str(caught.value)
-        assert "\n" not in str(caught.value)
-
-
-def test_damage_after_a_first_reading_is_found(lake: Lake, part: Path) -> None:
-    lake.check()
-    corrupt(part)
-    with pytest.raises(PlancurateError, match=r"part-a\.parquet"):
-        lake.read("targets", POOL)
 
 
 def test_leftover_temporary_files_are_ignored_and_removed_when_old(lake: Lake, part: Path) -> None:

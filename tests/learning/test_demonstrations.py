@@ -1,15 +1,16 @@
 from __future__ import annotations
 
 import numpy as np
-import pyarrow as pa
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from plancurate import native
 from plancurate.errors import PlancurateError
-from plancurate.robots import Robot, load_robot
-from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations, demonstrations_from_rows
+from plancurate.robots import Robot, load_robot, load_scene
+from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
+
+SCENE = load_scene("free")
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def tool(robot: Robot, q: np.ndarray) -> np.ndarray:
 def test_steps_show_what_is_seen_and_lead_along_the_trajectory(robot: Robot) -> None:
     paths = [line(robot, 8, 0.3), line(robot, 5, -0.2)]
     targets = np.stack([tool(robot, path)[-1] for path in paths])
-    data = demonstrations(robot, paths, targets, hold_steps=3)
+    data = demonstrations(robot, SCENE, paths, targets, hold_steps=3)
     assert data.lengths.tolist() == [11, 8]
     assert data.starts.tolist() == [0, 11]
     for path, target, start in zip(paths, targets, data.starts, strict=True):
@@ -41,7 +42,7 @@ def test_steps_show_what_is_seen_and_lead_along_the_trajectory(robot: Robot) -> 
 
 def test_demonstration_ends_in_held_steps_at_the_target(robot: Robot) -> None:
     path = line(robot, 8, 0.3)
-    data = demonstrations(robot, [path], tool(robot, path)[-1:], hold_steps=4)
+    data = demonstrations(robot, SCENE, [path], tool(robot, path)[-1:], hold_steps=4)
     held = slice(7, None)
     assert len(data.observations[held]) == 5
     assert not data.actions[held].any()
@@ -51,17 +52,7 @@ def test_demonstration_ends_in_held_steps_at_the_target(robot: Robot) -> None:
 
 def test_nothing_kept_is_an_error_in_one_line(robot: Robot) -> None:
     with pytest.raises(PlancurateError, match="0 trajectories were kept"):
-        demonstrations(robot, [], np.empty((0, 3)))
-
-
-def test_rows_of_the_lake_give_the_same_demonstrations(robot: Robot) -> None:
-    paths = [line(robot, 8, 0.3), line(robot, 5, -0.2)]
-    targets = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])
-    columns = {f"target_{axis}": targets[:, k] for k, axis in enumerate("xyz")}
-    rows = pa.table({"q": [path.tolist() for path in paths], **columns})
-    found, expected = demonstrations_from_rows(robot, rows), demonstrations(robot, paths, targets)
-    np.testing.assert_array_equal(found.observations, expected.observations)
-    np.testing.assert_array_equal(found.actions, expected.actions)
+        demonstrations(robot, SCENE, [], np.empty((0, 3)))
 
 
 @given(st.lists(st.integers(1, 12), min_size=1, max_size=6), st.integers(1, 15))
@@ -69,7 +60,12 @@ def test_windows_stay_in_their_episode_and_repeat_its_last_step(lengths: list[in
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(np.int64)
     total = sum(lengths)
     data = Demonstrations(
-        np.zeros((total, 4), np.float32), np.zeros((total, 1), np.float32), starts, np.array(lengths)
+        layout=(("made_up", 4),),
+        observations=np.zeros((total, 4), np.float32),
+        q=np.zeros((total, 1), np.float32),
+        actions=np.zeros((total, 1), np.float32),
+        starts=starts,
+        lengths=np.array(lengths),
     )
     assert data.window_starts.tolist() == list(range(total))
     rows = data.windows(data.window_starts, window)
@@ -84,7 +80,7 @@ def test_windows_begin_at_the_kept_waypoints_and_while_holding_if_the_last_is_ke
     paths = [line(robot, 4, 0.3), line(robot, 3, -0.2), line(robot, 2, 0.1)]
     kept = [np.array([1, 3]), np.array([0]), None]
     weights = np.array([1.0, 2.0, 0.5])
-    data = demonstrations(robot, paths, np.zeros((3, 3)), hold_steps=2, steps=kept, weights=weights)
+    data = demonstrations(robot, SCENE, paths, np.zeros((3, 3)), hold_steps=2, steps=kept, weights=weights)
     assert data.window_starts.tolist() == [1, 3, 4, 5, 6, 11, 12, 13, 14]
     assert data.window_weights is not None
     assert data.window_weights.tolist() == [1, 1, 1, 1, 2, 0.5, 0.5, 0.5, 0.5]
@@ -92,4 +88,6 @@ def test_windows_begin_at_the_kept_waypoints_and_while_holding_if_the_last_is_ke
 
 def test_keeping_no_step_at_all_is_an_error(robot: Robot) -> None:
     with pytest.raises(PlancurateError, match="no step"):
-        demonstrations(robot, [line(robot, 4, 0.3)], np.zeros((1, 3)), steps=[np.array([], dtype=np.int64)])
+        demonstrations(
+            robot, SCENE, [line(robot, 4, 0.3)], np.zeros((1, 3)), steps=[np.array([], dtype=np.int64)]
+        )

@@ -12,10 +12,12 @@ from plancurate import native
 from plancurate.robots import Robot, Scene, load_robot, load_scene
 from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_policy
-from plancurate.tasks.learning.rollouts import EvaluateSettings, Trials, roll_out
+from plancurate.tasks.learning.rollouts import Trials, roll_out
+from plancurate.tasks.learning.settings import EvaluateSettings
 from plancurate.tasks.learning.test_targets import displaced_tests, join_tests, unseen_tests
 
 NONE = np.empty((0, 6))
+LAYOUT = (("target_offset", 3), ("joint_positions", 6))
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +39,7 @@ def trained(name: str, seed: int, drift: float = 0.02, action: str = "delta") ->
     policy = make_policy(name, {})
     weights = policy.initial(9, 6, torch.Generator().manual_seed(seed))
     scale = Normaliser(torch.zeros(9), torch.ones(9), torch.full((6,), drift), torch.full((6,), drift))
-    return TrainedPolicy(policy, weights, scale, action, window=4, seed=seed)
+    return TrainedPolicy(policy, weights, scale, LAYOUT, action, window=4, seed=seed)
 
 
 def reference(

@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -11,13 +14,16 @@ from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots import Robot, load_robot, load_scene
 from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
-from plancurate.tasks.learning.policies import make_policy
+from plancurate.tasks.learning.policies import load_policy, make_policy, policy_names
+from plancurate.tasks.learning.policies import policy as policy_registry
 from plancurate.tasks.learning.policies.batches import Batches, normaliser, standardised
 from plancurate.tasks.learning.policies.trained import TrainedPolicy
-from plancurate.tasks.learning.rollouts import EvaluateSettings, roll_out
+from plancurate.tasks.learning.rollouts import roll_out
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.tasks.learning.test_targets import unseen_tests
-from plancurate.tasks.learning.train import TrainSettings, learning_rate, train
+from plancurate.tasks.learning.train import learning_rate, train
 
+SCENE = load_scene("free")
 NAMES = ["BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN"]
 SMALL = {
     "BC_MLP": {"hidden": (32, 32), "batch": 32},
@@ -45,7 +51,7 @@ def path_to(robot: Robot, direction: list[float], steps: int = 25) -> np.ndarray
 
 def one_path(robot: Robot, direction: list[float]) -> Demonstrations:
     path = path_to(robot, direction)
-    return demonstrations(robot, [path], native.fk(robot.native, path[-1:])[:, :3, 3], hold_steps=10)
+    return demonstrations(robot, SCENE, [path], native.fk(robot.native, path[-1:])[:, :3, 3], hold_steps=10)
 
 
 def same(one: TrainedPolicy, other: TrainedPolicy) -> bool:
@@ -66,8 +72,7 @@ def test_one_trajectory_is_memorised_and_ends_within_a_centimetre(
     assert trained[0].loss_curve[-1][1] < 1e-3
     goal = native.fk(robot.native, path_to(robot, UP)[-1:])[0, :3, 3]
     tests = unseen_tests([Target(0, goal, np.empty((0, 6)))])
-    scene = load_scene("free")
-    trial = roll_out(trained, robot, scene, tests, EvaluateSettings(max_steps=40))[0].to_pylist()[0]
+    trial = roll_out(trained, robot, SCENE, tests, EvaluateSettings(max_steps=40))[0].to_pylist()[0]
     assert trial["success"]
     assert trial["settled_distance"] < 0.01
 
@@ -125,7 +130,7 @@ def test_standardisation_has_an_inverse_and_leaves_still_joints_still(robot: Rob
     observations = table[:, :9] * norm.observation_scale + norm.observation_mean
     np.testing.assert_allclose(observations, data.observations, atol=1e-6)
     actions = table[:, 9:] * norm.action_scale + norm.action_mean
-    expected = data.actions if action == "delta" else data.actions + data.observations[:, 3:]
+    expected = data.actions if action == "delta" else data.actions + data.q
     np.testing.assert_allclose(actions, expected, atol=1e-6)
     assert table.abs().max() < 10
     still = 3
@@ -163,3 +168,60 @@ def test_settings_of_an_unknown_policy_or_field_are_refused_at_once() -> None:
 def test_device_that_is_not_there_is_an_error_in_one_line(robot: Robot) -> None:
     with pytest.raises(PlancurateError, match="device: 'nowhere' can't be used"):
         train("BC_MLP", [one_path(robot, UP)], [0], TrainSettings(steps=1, device="nowhere"))
+
+
+LINEAR = '''
+"""A policy that is one linear map of what it sees."""
+import torch
+from torch import Tensor
+
+from plancurate.tasks.learning.policies import Policy, register
+from plancurate.tasks.learning.policies.layers import linear_weights
+
+
+@register("Linear")
+class LinearPolicy(Policy):
+    """A single linear layer, mean squared error."""
+
+    recurrent = False
+    batch: int = 64
+
+    def initial(self, observed: int, acted: int, rng: torch.Generator) -> dict[str, Tensor]:
+        return linear_weights("only", observed, acted, rng)
+
+    def loss(self, weights, observations, actions, masks):
+        predicted = self.step(weights, observations.flatten(1, 2), None)[0]
+        return (predicted - actions.flatten(1, 2)).square().mean((1, 2))
+
+    def step(self, weights, observation, memory):
+        return torch.baddbmm(weights["only.bias"], observation, weights["only.weight"]), None
+'''
+
+
+def test_a_policy_in_one_file_outside_the_package_is_trained_stored_and_rolled_out(
+    robot: Robot, tmp_path: Path, install: Callable[[str, ModuleType], None]
+) -> None:
+    with pytest.raises(UnknownNameError, match="unknown policy 'Linear'"):
+        TrainSettings().policy("Linear")
+    install(LINEAR, policy_registry)
+    assert "Linear" in policy_names()
+    settings = TrainSettings(
+        steps=400, weight_decay=0, learning_rate=0.01, policies={"Linear": {"batch": 32}}
+    )
+    trained = train("Linear", [one_path(robot, UP)], [0], settings)[0]
+    assert trained.policy.batch == 32
+    trained.save(tmp_path / "policy")
+    goal = native.fk(robot.native, path_to(robot, UP)[-1:])[0, :3, 3]
+    tests = unseen_tests([Target(0, goal, np.empty((0, 6)))])
+    settings_ = EvaluateSettings(max_steps=60)
+    trial = roll_out([load_policy(tmp_path / "policy")], robot, SCENE, tests, settings_)[0].to_pylist()[0]
+    assert trial["success"]
+    untrained = replace(trained, weights={n: 0 * value for n, value in trained.weights.items()})
+    assert not roll_out([untrained], robot, SCENE, tests, EvaluateSettings(max_steps=3))[0]["success"][
+        0
+    ].as_py()
+
+
+def test_a_name_that_another_policy_has_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"policy 'BC_MLP' is registered by .*\.mlp already"):
+        policy_registry.register("BC_MLP")(type("Other", (policy_registry.Policy,), {"__module__": __name__}))

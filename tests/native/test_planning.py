@@ -55,10 +55,10 @@ def blocked(build):
     return SimpleNamespace(robot=arm(build), scene=scene)
 
 
-def solve(world, planner, *, start=HOME, goals=GOALS, seed=1, budget=BUDGET, simplify=True, **params):
+def solve(world, planner, *, start=HOME, goals=GOALS, seed=1, budget=BUDGET, simplification="full", **params):
     return native.plan(
         world.robot, world.scene, planner, start, goals,
-        params=params, seed=seed, budget=budget, resolution=RESOLUTION, simplify=simplify,
+        params=params, seed=seed, budget=budget, resolution=RESOLUTION, simplification=simplification,
     )  # fmt: skip
 
 
@@ -140,7 +140,7 @@ def test_all_planners_are_said_to_be_deterministic():
 
 
 def test_another_seed_gives_another_run(blocked):
-    first, second = (solve(blocked, "RRT", seed=seed, simplify=False) for seed in (1, 2))
+    first, second = (solve(blocked, "RRT", seed=seed, simplification="off") for seed in (1, 2))
     assert fingerprint(first) != fingerprint(second)
 
 
@@ -164,7 +164,7 @@ start, goals = np.array([-0.8, 0, 0]), np.array([[0.8, 0, 0], [0, 0.8, 0.1]])
 digest = hashlib.sha256()
 for info in native.planners():
     result = native.plan(robot, scene, info.name, start, goals,
-                         params={}, seed=3, budget=budget, resolution=0.02, simplify=True)
+                         params={}, seed=3, budget=budget, resolution=0.02, simplification="full")
     assert result.status == "exact", info.name
     digest.update(result.path.tobytes())
     digest.update(repr((result.state_checks, result.motion_checks, result.polls)).encode())
@@ -186,10 +186,30 @@ def test_fresh_processes_agree_end_cleanly_and_say_nothing_else():
 
 
 def test_a_path_that_is_not_simplified_is_free_as_well(blocked):
-    raw, short = (solve(blocked, "KPIECE1", simplify=simplify) for simplify in (False, True))
+    raw, short = (solve(blocked, "KPIECE1", simplification=amount) for amount in ("off", "full"))
     assert_is_a_solution(blocked, raw)
     assert raw.state_checks == short.state_checks
     assert short.cost <= raw.cost
+
+
+def test_a_partly_simplified_path_lies_between_the_planner_s_and_the_shortest(blocked):
+    off, partial, full = (
+        [solve(blocked, "RRTConnect", seed=seed, simplification=amount) for seed in range(40)]
+        for amount in ("off", "partial", "full")
+    )
+    for result in partial:
+        assert_is_a_solution(blocked, result)
+    costs = [np.array([result.cost for result in results]) for results in (off, partial, full)]
+    assert (costs[1] <= costs[0] + 1e-9).all()
+    assert costs[0].mean() > costs[1].mean() > costs[2].mean()
+    assert 0 < (costs[0] == costs[1]).mean() < 0.5  # a drawn number of shortcuts, which may be none
+    again = solve(blocked, "RRTConnect", seed=7, simplification="partial")
+    assert fingerprint(again) == fingerprint(partial[7])
+
+
+def test_an_unknown_simplification_is_an_error_that_lists_the_known(free):
+    with pytest.raises(ValueError, match="'some' is none of off, partial, full"):
+        solve(free, "RRT", simplification="some")
 
 
 @pytest.mark.parametrize("planner", PLANNERS)
@@ -220,7 +240,10 @@ def test_optimizing_planners_stop_at_the_straight_line_and_others_at_any_path(fr
 def test_more_budget_gives_rrtstar_a_path_that_is_no_longer(blocked):
     small, large = (
         solve(
-            blocked, "RRTstar", simplify=False, budget=native.Budget(state_checks=n, polls=10**6, seconds=60)
+            blocked,
+            "RRTstar",
+            simplification="off",
+            budget=native.Budget(state_checks=n, polls=10**6, seconds=60),
         )
         for n in (20_000, 100_000)
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plancurate import native
-from plancurate.robots import colliding_pairs, load_robot, load_scene, scene_names
+from plancurate.robots import colliding_pairs, load_robot, load_world, scene_names
 from plancurate.robots.contacts import checked_pairs
 
 H2017 = load_robot("h2017")
@@ -53,10 +53,10 @@ def test_planning_limits_lie_within_the_urdf_and_home_in_the_middle_of_them():
 
 
 @pytest.mark.parametrize("name", scene_names())
-def test_home_is_free_with_room_to_spare_in_every_scene(name):
-    scene = load_scene(name)
-    assert colliding_pairs(H2017, scene, H2017.home) == []
-    assert native.clearance(H2017.native, scene.native, H2017.home[None])[0] > 0.02
+def test_the_start_is_free_with_room_to_spare_in_every_scene(name):
+    robot, scene = load_world("h2017", name)
+    assert colliding_pairs(robot, scene, robot.home) == []
+    assert native.clearance(robot.native, scene.native, robot.home[None])[0] > 0.02
 
 
 def test_the_digest_follows_the_files(tmp_path):

@@ -4,7 +4,6 @@ import shutil
 from pathlib import Path
 
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
 import pytest
 
@@ -14,7 +13,8 @@ from plancurate.tasks.curation.curate import curate
 from plancurate.tasks.curation.pool import load_pool
 from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.lake import Lake
-from plancurate.tasks.lake.audits import failed_checks
+from plancurate.tasks.lake.audits import failed_audits
+from plancurate.tasks.lake.manifest import list_files
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 
@@ -22,11 +22,16 @@ POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 @pytest.fixture
 def curated(small_lake: Lake) -> Lake:
     """The small lake with two selections."""
-    pool = load_pool(small_lake, POOL)
-    for name in ("General", "KMeans_Hybrid"):
-        choice, robot, scene = SelectorChoice(name=name), load_robot("h2017"), load_scene("free")
-        curate(small_lake, pool, "one-1", choice, 2, 0, robot=robot, scene=scene, metadata={})
+    record_selections(small_lake, "one-1")
     return small_lake
+
+
+def record_selections(lake: Lake, study: str) -> None:
+    """Two selections of a study."""
+    pool, robot, scene = load_pool(lake, POOL), load_robot("h2017"), load_scene("free")
+    for name in ("General", "KMeans_Hybrid"):
+        choice = SelectorChoice(name=name)
+        curate(lake, pool, study, choice, 2, 0, robot=robot, scene=scene, metadata={})
 
 
 def spoil(folder: Path, column: str, value: object) -> None:
@@ -36,10 +41,11 @@ def spoil(folder: Path, column: str, value: object) -> None:
         index = rows.column_names.index(column)
         same = pa.repeat(pa.scalar(value, rows.schema.field(column).type), rows.num_rows)
         pq.write_table(rows.set_column(index, rows.schema.field(column), same), path)
+        list_files(path.parent, [part.name for part in path.parent.glob("part-*.parquet")])
 
 
 def test_a_sound_lake_passes_every_check(curated: Lake) -> None:
-    assert failed_checks(curated) == {}
+    assert failed_audits(curated) == {}
     assert len(names("audits")) >= 10
 
 
@@ -64,12 +70,19 @@ def test_each_check_finds_its_fault(
     curated: Lake, table: str, column: str, value: object, check: str
 ) -> None:
     spoil(curated.root / table / "robot=h2017", column, value)
-    assert check in failed_checks(curated)
+    assert check in failed_audits(curated)
 
 
 def test_selections_without_their_trajectories_are_found(curated: Lake) -> None:
     shutil.rmtree(curated.root / "trajectories" / "robot=h2017")
-    kept = curated.query("results/coverage", study="one-1")
-    assert failed_checks(curated) == {
-        "assert_selected_trajectories_are_solved_and_verified": pc.sum(kept["kept"]).as_py()
-    }
+    kept = curated.sql("SELECT selection_id FROM selections").num_rows
+    assert failed_audits(curated) == {"assert_selected_trajectories_are_solved_and_verified": kept}
+
+
+def test_the_audits_of_a_study_look_at_nothing_of_its_neighbours(curated: Lake) -> None:
+    record_selections(curated, "other-1")
+    spoil(curated.folder("selections", {**POOL, "study": "other-1"}), "budget", 1)
+    assert failed_audits(curated, {**POOL, "study": "one-1"}) == {}
+    assert list(failed_audits(curated, {**POOL, "study": "other-1"})) == [
+        "assert_selections_keep_to_their_budget"
+    ]

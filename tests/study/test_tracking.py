@@ -6,9 +6,11 @@ import json
 import math
 import re
 import shutil
+import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,7 +43,8 @@ def model_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ones = Normaliser(torch.zeros(3 + DOF), torch.ones(3 + DOF), torch.zeros(DOF), torch.ones(DOF))
     weights = policy.initial(3 + DOF, DOF, torch.Generator().manual_seed(0))
     folder = tmp_path_factory.mktemp("policy")
-    TrainedPolicy(policy, weights, ones, "delta", window=10, seed=0).save(folder)
+    layout = (("target_offset", 3), ("joint_positions", DOF))
+    TrainedPolicy(policy, weights, ones, layout, "delta", window=10, seed=0).save(folder)
     return folder
 
 
@@ -74,6 +77,7 @@ def child(model_folder: Path) -> ChildRun:
         selection_id="KMeans_Hybrid-k20-s0-fedcba987654",
         n_kept=100,
         model_folder=model_folder,
+        model_inputs=3 + DOF,
         dof=DOF,
         tags={"robot": "h2017"},
     )
@@ -253,3 +257,52 @@ def test_processes_that_start_at_once_all_get_a_store(tmp_path: Path) -> None:
     said = [process.communicate()[0].decode() for process in started]
     assert [process.returncode for process in started] == [0, 0], said
     assert said == ["", ""]
+
+
+def test_a_copied_home_finds_its_models_and_artifacts_when_the_original_is_gone(
+    empty_store: Path, child: ChildRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import mlflow.pyfunc
+    from mlflow import MlflowClient
+
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    original, copy = tmp_path / "home", tmp_path / "a copy"
+    original.mkdir()
+    shutil.copy(empty_store, original / "mlflow.db")
+    uri = tracking.ensure_store(original / "mlflow.db")
+    client = MlflowClient(uri)
+    elsewhere = client.create_experiment("mine", artifact_location=f"file://{tmp_path}/mine/artifacts")
+    study = tracking.start_study(uri, original / "artifacts", "quick", "k1", {}, {})
+    run_id = tracking.log_child(study, child)
+    assert run_id is not None
+    tracking.finish_study(study, "| a |", {})
+    model_id = client.get_run(run_id).outputs.model_outputs[0].model_id
+    client.create_registered_model("policy")
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", uri)
+    client.create_model_version("policy", f"models:/{model_id}", run_id, model_id=model_id)
+    shutil.copytree(original, copy)
+    shutil.rmtree(original)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI")
+
+    uri = tracking.ensure_store(copy / "mlflow.db")
+    client = MlflowClient(uri)
+    assert Path(client.download_artifacts(study.run_id, "results.md")).read_text() == "| a |"
+    assert [file.path for file in client.list_artifacts(study.run_id)] == ["results.md"]
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", uri)
+    for name in (f"models:/{model_id}", "models:/policy/1"):
+        assert mlflow.pyfunc.load_model(name).predict(np.zeros((1, 3 + DOF))).shape == (1, DOF)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI")
+    assert client.get_experiment(elsewhere).artifact_location == f"file://{tmp_path}/mine/artifacts"
+    with closing(sqlite3.connect(copy / "mlflow.db")) as database:
+        assert not [line for line in database.iterdump() if str(original) in line]
+    again = tracking.start_study(uri, copy / "artifacts", "quick", "k2", {}, {})
+    assert client.get_run(again.run_id).info.artifact_uri.startswith((copy / "artifacts").as_uri())
+
+
+def test_opening_a_home_where_it_was_made_writes_nothing_to_its_database(
+    begin: Callable[..., StudyRun], tmp_path: Path
+) -> None:
+    begin()
+    before = (tmp_path / "mlflow.db").read_bytes()
+    tracking.ensure_store(tmp_path / "mlflow.db")
+    assert (tmp_path / "mlflow.db").read_bytes() == before

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import importlib
 import inspect
-import pkgutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
-from importlib.metadata import entry_points
-from typing import Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import duckdb
 import numpy as np
@@ -19,11 +16,15 @@ import numpy.typing as npt
 import pyarrow as pa
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from plancurate.errors import PlancurateError, UnknownNameError
-from plancurate.robots.robot import Robot
-from plancurate.robots.scene import Scene
+from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
+from plancurate.registry import discover
 from plancurate.sql import load
+from plancurate.tasks.curation.learning_settings import LearningSettings, Used
 from plancurate.tasks.curation.pool import FloatArray, Pool
+
+if TYPE_CHECKING:
+    from plancurate.robots.robot import Robot
+    from plancurate.robots.scene import Scene
 
 IntArray = npt.NDArray[np.int64]
 ENTRY_POINTS = "plancurate.selectors"
@@ -68,6 +69,8 @@ class Problem:
     scene: Scene
     waypoints: Callable[[Sequence[str]], list[FloatArray]]
     """Reads the waypoints (m, joints) of trajectories by id, for selectors that look inside."""
+    learning: LearningSettings
+    """The study's own, for selectors that train, roll out or time; what is read here must be named in `uses`."""
 
     def sql(self, name: str, **parameters: object) -> pa.Table:
         """Run sql/<name>.sql on the candidates."""
@@ -110,19 +113,21 @@ class Selector:
     """Whether another seed can give another selection."""
     revision: int
     """Raised by the selector's author when it selects otherwise than before from the same pool."""
+    uses: tuple[Used, ...]
+    """Which of the study's settings decide what it keeps."""
+    warm_up: Callable[[], object] | None
+    """What its first call costs beyond the others, to be paid before its time is measured."""
 
     def parse(self, parameters: Mapping[str, object]) -> Settings:
         """Check parameters; PlancurateError that names the first wrong one."""
         try:
             return self.settings.model_validate(dict(parameters))
         except ValidationError as error:
-            first = error.errors()[0]
-            where = ".".join(map(str, first["loc"]))
             valid = ", ".join(self.settings.model_fields) or "none"
-            raise PlancurateError(
-                f"selector {self.name}: parameter {where}={first['input']!r}: {first['msg']} "
-                f"(parameters: {valid})"
-            ) from None
+            problem = first_problem(
+                f"selector {self.name}: parameter {field_of(error)}", error, self.settings
+            )
+            raise PlancurateError(f"{problem} (parameters: {valid})") from None
 
 
 _registry: dict[str, Selector] = {}
@@ -134,16 +139,28 @@ def selector(
     *,
     budgeted: bool = True,
     seeded: bool = True,
+    uses: tuple[Used, ...] = (),
     revision: int = 1,
 ) -> Callable[[Choose], Choose]:
     """Register the decorated function under a name; the first line of its docstring describes it.
 
-    `budgeted=False` says that it keeps what it keeps, whatever the budget, `seeded=False` that it never draws.
+    `budgeted=False` says that it keeps what it keeps, whatever the budget, `seeded=False` that it never draws;
+    `uses` names the settings of the study that it reads from `Problem.learning`, so that it selects anew when
+    these change, and only then.
     """
 
     def register(choose: Choose) -> Choose:
         description = (inspect.getdoc(choose) or "").split("\n")[0]
-        add(name, choose, settings, description, budgeted=budgeted, seeded=seeded, revision=revision)
+        add(
+            name,
+            choose,
+            settings,
+            description,
+            budgeted=budgeted,
+            seeded=seeded,
+            uses=uses,
+            revision=revision,
+        )
         return choose
 
     return register
@@ -157,14 +174,22 @@ def add(
     *,
     budgeted: bool = True,
     seeded: bool = True,
+    uses: tuple[Used, ...] = (),
+    warm_up: Callable[[], object] | None = None,
     revision: int = 1,
 ) -> None:
-    """Register a selector; ValueError when another function has the name."""
+    """Register a selector; ValueError when another function has the name or `uses` names no such settings."""
     known = _registry.get(name)
     if known and known.choose.__module__ != choose.__module__:
         raise ValueError(f"selector '{name}' is registered by {known.choose.__module__} already")
+    if unknown := set(uses) - set(get_args(Used)):
+        raise ValueError(
+            f"selector '{name}' uses {', '.join(unknown)}; settings are {', '.join(get_args(Used))}"
+        )
     origin = _origin(choose)
-    _registry[name] = Selector(name, choose, settings, description, origin, budgeted, seeded, revision)
+    _registry[name] = Selector(
+        name, choose, settings, description, origin, budgeted, seeded, revision, uses, warm_up
+    )
 
 
 def find_selector(name: str) -> Selector:
@@ -183,11 +208,7 @@ def selector_names() -> list[str]:
 
 @cache
 def _discover() -> None:
-    package = importlib.import_module("plancurate.tasks.curation.selectors")
-    for module in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
-        importlib.import_module(module.name)
-    for entry in entry_points(group=ENTRY_POINTS):
-        entry.load()
+    discover("plancurate.tasks.curation.selectors", ENTRY_POINTS)
 
 
 def _origin(choose: Choose) -> str:

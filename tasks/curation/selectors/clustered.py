@@ -20,6 +20,7 @@ from plancurate.tasks.curation.selectors.clusters import (
     dbscan_labels,
     hierarchical_labels,
     kmeans_labels,
+    warm_up,
 )
 from plancurate.tasks.curation.selectors.ranking import (
     ScoreSettings,
@@ -84,5 +85,11 @@ for _name, _labels, _settings, _hybrid_settings in (
     ("Hierarchical", hierarchical_labels, HierarchicalSettings, HierarchicalHybridSettings),
 ):
     _of = f"of each target's {_name} cluster."
-    add(_name, _plain(_name, _labels), _settings, f"Keep k random trajectories {_of}")
-    add(f"{_name}_Hybrid", _hybrid(_labels), _hybrid_settings, f"Keep the k best scores {_of}")
+    add(_name, _plain(_name, _labels), _settings, f"Keep k random trajectories {_of}", warm_up=warm_up)
+    add(
+        f"{_name}_Hybrid",
+        _hybrid(_labels),
+        _hybrid_settings,
+        f"Keep the k best scores {_of}",
+        warm_up=warm_up,
+    )

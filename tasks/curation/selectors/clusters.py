@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from pydantic import Field
 from scipy.spatial.distance import cdist, pdist
@@ -89,12 +91,10 @@ def _integers(labels: IntArray) -> IntArray:
     return labels.astype(np.int64)
 
 
-def _warm_up() -> None:
-    """Take what scikit-learn's first calls cost (0.1 s: it looks up thread pools) out of measured times."""
+@cache
+def warm_up() -> None:
+    """Pay what scikit-learn's first calls cost: 0.1 s, for it looks up thread pools."""
     points = np.eye(3)
     KMeans(2, n_init=1, random_state=0).fit_predict(points)
     DBSCAN(0.1).fit_predict(points)
     AgglomerativeClustering(2).fit_predict(points)
-
-
-_warm_up()

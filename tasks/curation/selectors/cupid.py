@@ -1,8 +1,8 @@
 """CUPID (Agia et al., CoRL 2025): demonstrations by their influence on the return of a policy trained on all.
 
-What follows the paper: a base policy, trained here on the whole pool; rollouts of it with return +1 or -1;
-Psi(demonstration) = g_J^T H^-1 (mean gradient of the demonstration's log-likelihood), g_J the policy gradient
-estimated from the rollouts by their returns; the lowest Psi are dropped, the highest kept.
+What follows the paper: a base policy, trained on the whole pool as the study trains its policies; rollouts of it
+with return +1 or -1; Psi(demonstration) = g_J^T H^-1 (mean gradient of the demonstration's log-likelihood), g_J
+the policy gradient estimated from the rollouts by their returns; the lowest Psi are dropped, the highest kept.
 
 What the paper leaves to the task: policies of this project are deterministic and the gradient at their own
 action is zero, so actions are sampled around it, as spread as the demonstrations' are. Length varies, so
@@ -15,48 +15,42 @@ targets. Where that is as one-sided, the ranking stands but says little: the bas
 
 from __future__ import annotations
 
-import hashlib
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from plancurate.tasks.curation.pool import Pool
+from plancurate.tasks.curation.learning_settings import Used
 from plancurate.tasks.curation.selectors.base import Kept, Problem, Settings, selector
 from plancurate.tasks.curation.selectors.influence import (
     Aggregation,
     Gradients,
     Hessian,
-    Network,
     Output,
     draw_projections,
     gram,
     trajectory_gradients,
 )
 from plancurate.tasks.curation.selectors.ranking import Scope, lowest_of_scope
-from plancurate.tasks.curation.selectors.transitions import target_rows
-from plancurate.tasks.learning.demonstrations import (
-    Demonstrations,
-    Float32Array,
-    FloatArray,
-    IntArray,
-    demonstrations,
+from plancurate.tasks.curation.selectors.sampled_policy import (
+    Rollouts,
+    SampledPolicy,
+    Steps,
+    roll_out,
+    sampled_policy,
+    standardised_steps,
 )
-from plancurate.tasks.learning.policies.batches import standardised
-from plancurate.tasks.learning.policies.trained import Normaliser, TrainedPolicy
-from plancurate.tasks.learning.rollouts import EvaluateSettings, Trials
-from plancurate.tasks.learning.test_targets import directions
-from plancurate.tasks.learning.train import TrainSettings, train
+from plancurate.tasks.curation.selectors.transitions import target_rows
+from plancurate.tasks.learning.demonstrations import FloatArray, IntArray, demonstrations
+from plancurate.tasks.learning.settings import TrainSettings
+from plancurate.tasks.learning.train import train
 
 Objective = Literal["target", "all"]
 SHARES = (0.05, 0.95)
 """Shares of successful rollouts between which returns tell good actions from bad ones."""
-DISPLACED_M = 0.05
-"""Largest displacement of a rollout's target from the training target."""
-LEAST_SIGMA = 0.05
-"""Standard deviation at least of sampled actions, in standardised units."""
+USES: tuple[Used, ...] = ("training", "evaluation")
 
 
 class InfluenceSettings(Settings):
@@ -67,7 +61,9 @@ class InfluenceSettings(Settings):
     normalise: bool = Field(False, description="divide by the root of the self-influence (RelatIF)")
     ridge: float = Field(1e-3, gt=0, description="damping of the Hessian as a share of its mean eigenvalue")
     projection: int = Field(24, ge=1, description="dimensions that each factor of a gradient is projected to")
-    steps: int = Field(2000, ge=1, description="gradient steps of the base policy")
+    steps: int | None = Field(
+        None, ge=1, description="gradient steps of the base policy; by default those of the study"
+    )
     rollouts: int = Field(100, ge=1, description="rollouts of the base policy to each target")
 
 
@@ -83,19 +79,19 @@ class CupidNativeSettings(InfluenceSettings):
     dropped: float = Field(1 / 3, ge=0, lt=1, description="share of the pool to drop")
 
 
-@selector("CUPID", CupidSettings)
+@selector("CUPID", CupidSettings, uses=USES)
 def cupid(problem: Problem, settings: CupidSettings) -> Kept:
     """Keep the k trajectories of each target with the highest influence on a policy's return there."""
     return _highest(problem, influences(problem, settings, settings.objective), "target")
 
 
-@selector("CUPID_Global", InfluenceSettings)
+@selector("CUPID_Global", InfluenceSettings, uses=USES)
 def cupid_global(problem: Problem, settings: InfluenceSettings) -> Kept:
     """Keep the k x targets trajectories with the highest influence on a policy's return, wherever they lead."""
     return _highest(problem, influences(problem, settings, "all"), "pool")
 
 
-@selector("CUPID_Native", CupidNativeSettings, budgeted=False)
+@selector("CUPID_Native", CupidNativeSettings, budgeted=False, uses=USES)
 def cupid_native(problem: Problem, settings: CupidNativeSettings) -> Kept:
     """Keep all but the third of the pool with the lowest influence on a policy's return."""
     psi = influences(problem, settings, "all")
@@ -112,12 +108,14 @@ def _highest(problem: Problem, psi: FloatArray, scope: Scope) -> Kept:
 
 def influences(problem: Problem, settings: InfluenceSettings, objective: Objective) -> FloatArray:
     """Psi (candidates,): change of the expected return per weight of the candidate in training; high is good."""
+    training = base_training(problem, settings)
     with problem.stage("prepare"):
         pool, rows = problem.pool, target_rows(problem)
         paths = problem.waypoints(pool.candidates["trajectory_id"].to_pylist())
-        data = demonstrations(problem.robot, paths, pool.target_positions()[rows])
+        targets = pool.target_positions()[rows]
+        data = demonstrations(problem.robot, problem.scene, paths, targets, training)
     with problem.stage("base_policy"):
-        trained = train("BC_MLP", [data], [problem.seed], TrainSettings(steps=settings.steps))[0]
+        trained = train("BC_MLP", [data], [problem.seed], training)[0]
         steps = standardised_steps(data, trained)
         policy = sampled_policy(trained, steps)
     with problem.stage("rollouts"):
@@ -126,120 +124,10 @@ def influences(problem: Problem, settings: InfluenceSettings, objective: Objecti
         return score(policy, steps, rows, rollouts, pool.n_targets, settings, objective, problem.seed)
 
 
-@dataclass(frozen=True, eq=False)
-class Steps:
-    """Standardised steps of trajectories, one trajectory after another."""
-
-    observations: Float32Array
-    """(steps, o)."""
-    actions: Float32Array
-    """(steps, n)."""
-    starts: IntArray
-    """(trajectories,): first step of each."""
-    lengths: IntArray
-    """(trajectories,): steps of each."""
-
-
-@dataclass(frozen=True, eq=False)
-class Rollouts:
-    """What a policy with sampled actions did, and what came of it."""
-
-    steps: Steps
-    """Up to the success or failure of each rollout."""
-    returns: FloatArray
-    """(rollouts,): 1 for a success, -1 for a failure."""
-    target: IntArray
-    """(rollouts,): row of the training target that the rollout's own target lies near."""
-
-
-@dataclass(frozen=True, eq=False)
-class SampledPolicy:
-    """N(mu(s), sigma^2 I) around a trained policy's action mu, in standardised units."""
-
-    network: Network
-    sigma: float
-    normaliser: Normaliser
-
-    def sample(self, observations: FloatArray, rng: np.random.Generator) -> tuple[Float32Array, Float32Array]:
-        """Standardised observations (b, o) and actions (b, n) drawn for them, given observations in m and rad."""
-        norm = self.normaliser
-        seen = (observations - norm.observation_mean.numpy()) / norm.observation_scale.numpy()
-        mu = self.network.act(seen.astype(np.float32))
-        noise = rng.normal(0, self.sigma, mu.shape)
-        return seen.astype(np.float32), (mu + noise).astype(np.float32)
-
-    def differences(self, actions: Float32Array) -> FloatArray:
-        """Differences (b, n) to the present joint angles, rad or m, that standardised actions stand for."""
-        norm = self.normaliser
-        return np.asarray(actions * norm.action_scale.numpy() + norm.action_mean.numpy(), dtype=np.float64)
-
-
-def standardised_steps(data: Demonstrations, trained: TrainedPolicy) -> Steps:
-    """The steps that the policy was trained on, held ones included, as it saw them."""
-    table = standardised(data, trained.normaliser, trained.action).numpy()
-    observed = data.observations.shape[1]
-    return Steps(table[:, :observed], table[:, observed:], data.starts, data.lengths)
-
-
-def sampled_policy(trained: TrainedPolicy, steps: Steps) -> SampledPolicy:
-    """The trained BC_MLP with actions as spread around its own as those of the steps it was trained on."""
-    count = len(trained.weights) // 2
-    names = [f"layer_{k}" for k in range(count)]
-    network = Network(
-        tuple(
-            (trained.weights[f"{name}.weight"].numpy(), trained.weights[f"{name}.bias"][0].numpy())
-            for name in names
-        )
-    )
-    residual = steps.actions - network.act(steps.observations)
-    sigma = float(np.sqrt(np.mean(np.square(residual, dtype=np.float64))))
-    return SampledPolicy(network, max(sigma, LEAST_SIGMA), trained.normaliser)
-
-
-def roll_out(problem: Problem, policy: SampledPolicy, each: int) -> Rollouts:
-    """Roll the policy out from home, `each` times to positions around every target of the pool."""
-    settings = EvaluateSettings()
-    rng = np.random.default_rng(_own_seed(problem.seed))
-    positions = own_targets(problem.pool, each, problem.seed)
-    trials = Trials(problem.robot, problem.scene, positions, settings)
-    seen, done, lengths = [], [], np.zeros(len(positions), dtype=np.int64)
-    for _ in range(settings.max_steps):
-        observations, actions = policy.sample(trials.observations(), rng)
-        seen.append(observations)
-        done.append(actions)
-        lengths += ~(trials.reached | trials.stopped)
-        trials.move(trials.q + policy.differences(actions))
-        if (trials.reached | trials.stopped).all():
-            break
-    return Rollouts(
-        steps=_joined(seen, done, lengths),
-        returns=np.where(trials.reached, 1.0, -1.0),
-        target=np.repeat(np.arange(problem.pool.n_targets), each),
-    )
-
-
-def _joined(seen: list[Float32Array], done: list[Float32Array], lengths: IntArray) -> Steps:
-    """The first steps of each rollout (lengths), from arrays (rollouts, ...) of all rollouts at each step."""
-    taken = np.arange(len(seen))[None, :] < lengths[:, None]
-    observations, actions = (np.stack(values, axis=1)[taken] for values in (seen, done))
-    return Steps(observations, actions, np.cumsum(lengths) - lengths, lengths)
-
-
-def own_targets(pool: Pool, each: int, seed: int) -> FloatArray:
-    """Positions (targets * each, 3), m, displaced evenly up to DISPLACED_M, in directions of no evaluation."""
-    distance = np.linspace(DISPLACED_M / each, DISPLACED_M, each)[:, None]  # tests in place are evaluation's
-    ids = pool.targets["target_id"].to_pylist()
-    return np.concatenate(
-        [
-            position + distance * directions(each, _own_seed(seed), target_id)
-            for position, target_id in zip(pool.target_positions(), ids, strict=True)
-        ]
-    )
-
-
-def _own_seed(seed: int) -> int:
-    """A seed beyond those that anyone gives to an evaluation, so that no test leaks into the selection."""
-    return int.from_bytes(hashlib.sha256(f"CUPID/{seed}".encode()).digest()[:16], "little")
+def base_training(problem: Problem, settings: InfluenceSettings) -> TrainSettings:
+    """How the base policy is trained: as the study's policies are, unless the selector's own `steps` say other."""
+    training = problem.learning.training
+    return training if settings.steps is None else training.model_copy(update={"steps": settings.steps})
 
 
 def score(

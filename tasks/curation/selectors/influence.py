@@ -21,6 +21,7 @@ from plancurate.tasks.learning.demonstrations import Float32Array, FloatArray, I
 
 Output = Literal["loglik", "square"]
 Aggregation = Literal["mean", "sum"]
+Activation = Literal["tanh", "relu"]
 Factors = list[tuple[Float32Array, Float32Array]]
 """For each layer delta (steps, q) and h (steps, p), projected; a step's gradient is the outer product of both."""
 
@@ -32,19 +33,28 @@ GRAM_STEPS = 100_000
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A perceptron with tanh units, in standardised units."""
+    """A perceptron, in standardised units."""
 
     layers: tuple[tuple[Float32Array, Float32Array], ...]
     """Weight (inputs, outputs) and bias (outputs,) of each layer."""
+    activation: Activation = "tanh"
+    """What each hidden unit does."""
 
     def inputs(self, x: Float32Array) -> list[Float32Array]:
         """What goes into each layer (steps, inputs) for observations x (steps, o), and last what comes out."""
         values = [x]
         for k, (weight, bias) in enumerate(self.layers):
             x = x @ weight + bias
-            values.append(np.tanh(x) if k + 1 < len(self.layers) else x)
+            values.append(self._bend(x) if k + 1 < len(self.layers) else x)
             x = values[-1]
         return values
+
+    def _bend(self, x: Float32Array) -> Float32Array:
+        return np.tanh(x) if self.activation == "tanh" else np.maximum(x, 0)
+
+    def slope(self, h: Float32Array) -> Float32Array:
+        """Derivative (steps, units) of hidden units by their input, given what comes out of them."""
+        return np.asarray(1 - h**2 if self.activation == "tanh" else h > 0, dtype=np.float32)
 
     def act(self, x: Float32Array) -> Float32Array:
         """Actions (steps, n) for observations x (steps, o)."""
@@ -83,7 +93,7 @@ class Gradients:
             of_delta, of_h = self.projections[k]
             found.append((delta @ of_delta, inputs[k] @ of_h[:-1] + of_h[-1]))
             if k:
-                delta = (delta @ self.network.layers[k][0].T) * (1 - inputs[k] ** 2)
+                delta = (delta @ self.network.layers[k][0].T) * self.network.slope(inputs[k])
         return found[::-1]
 
 

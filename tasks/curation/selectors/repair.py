@@ -18,9 +18,9 @@ SHORTER = 0.999
 """A repair is worth timing, and worth keeping, at less than this part of the stored length."""
 
 
-@selector("Repair", budgeted=False)
+@selector("Repair", budgeted=False, uses=("timing",))
 def repair(problem: Problem, settings: Settings) -> Kept:
-    """Keep the whole pool, with every trajectory shortened and smoothed.
+    """Keep the whole pool, with every trajectory shortened, smoothed and timed as the study times its paths.
 
     A trajectory that the repair would not shorten, or that can't be timed free of collision and within the
     limits afterwards, keeps its stored waypoints.
@@ -34,18 +34,20 @@ def repair(problem: Problem, settings: Settings) -> Kept:
         for q, dt in zip(stored, candidates["dt"].to_pylist(), strict=True):
             key = (q.tobytes(), dt)
             if key not in done:
-                done[key] = repaired_trajectory(problem.robot, problem.scene, q, dt, problem.seed)
+                timing = problem.learning.timing.model_copy(update={"dt": dt})
+                done[key] = repaired_trajectory(problem.robot, problem.scene, q, timing, problem.seed)
             repaired.append(done[key])
     return Kept(np.arange(candidates.num_rows), q=repaired)
 
 
-def repaired_trajectory(robot: Robot, scene: Scene, q: FloatArray, dt: float, seed: int) -> FloatArray:
-    """Shorten, smooth and time again the trajectory `q` (m, n), rad, sampled every `dt` s.
+def repaired_trajectory(
+    robot: Robot, scene: Scene, q: FloatArray, timing: TimingSettings, seed: int
+) -> FloatArray:
+    """Shorten, smooth and time again the trajectory `q` (m, n), rad, sampled every `timing.dt` s.
 
     Starts and ends where `q` does. Returns samples (k, n) at the same rate that are free and within the limits
     and take a shorter way through joint space, or `q` itself.
     """
-    timing = TimingSettings(dt=dt)
     try:
         path = native.simplify(
             robot.native, scene.native, q, seed=_seed_of(seed, q), resolution=timing.resolution

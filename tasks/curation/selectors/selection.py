@@ -16,6 +16,7 @@ import pyarrow as pa
 from plancurate.errors import PlancurateError
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.pool import FloatArray, Pool
 from plancurate.tasks.curation.selector_choice import labelled
 from plancurate.tasks.curation.selectors.base import STAGES, Kept, Problem, Selector, Stopwatch, find_selector
@@ -77,25 +78,28 @@ def select(
     robot: Robot,
     scene: Scene,
     waypoints: Callable[[Sequence[str]], list[FloatArray]],
+    learning: LearningSettings,
     clock: Callable[[], float] = time.perf_counter,
 ) -> Selection:
     """Run the selector `name`; PlancurateError for wrong parameters or a budget that the pool can't meet."""
     chosen = find_selector(name)
     settings = chosen.parse(params or {})
     budget = checked_budget(chosen, budget)
+    if chosen.warm_up:
+        chosen.warm_up()
     with duckdb.connect(config={"threads": 1}) as connection:  # one thread adds floats in one order
         watch = Stopwatch(clock)
         start = clock()
         with watch("prepare"):
             numbered = pool.candidates.append_column("row", pa.array(np.arange(pool.candidates.num_rows)))
             connection.register("candidates", numbered)
-        problem = Problem(pool, budget or 1, seed, connection, watch, robot, scene, waypoints)
+        problem = Problem(pool, budget or 1, seed, connection, watch, robot, scene, waypoints, learning)
         kept = chosen.choose(problem, settings)
         with watch("select"):
             rows = _kept_rows(pool, kept)
         elapsed = clock() - start
     return Selection(
-        selection_id=selection_id(chosen, pool, budget, seed, settings.model_dump()),
+        selection_id=selection_id(chosen, pool, budget, seed, settings.model_dump(), learning),
         selector=labelled(name, params or {}),
         budget=budget,
         seed=seed,
@@ -110,11 +114,17 @@ def select(
 
 
 def selection_id(
-    chosen: Selector, pool: Pool, budget: int | None, seed: int, params: Mapping[str, object]
+    chosen: Selector,
+    pool: Pool,
+    budget: int | None,
+    seed: int,
+    params: Mapping[str, object],
+    learning: LearningSettings,
 ) -> str:
     """Name a selection by what it is made from, so that the same request has the same name."""
-    code = [chosen.name, chosen.origin, chosen.revision]
-    inputs = json.dumps([*code, budget, seed, pool.hash, params], sort_keys=True)
+    content = [chosen.origin, chosen.revision, budget, seed, pool.hash, params]
+    used = learning.identity(chosen.uses)
+    inputs = json.dumps([chosen.name, *content, used], sort_keys=True)
     size = "all" if budget is None else f"k{budget}"
     return f"{chosen.name}-{size}-s{seed}-{hashlib.sha256(inputs.encode()).hexdigest()[:10]}"
 

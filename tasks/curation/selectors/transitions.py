@@ -16,7 +16,7 @@ class Transitions:
     """Steps of all candidates one after another, in the order of the candidates, without held ones."""
 
     observations: Float32Array
-    """(steps, 3 + n): target minus tool position (m), then joint angles."""
+    """(steps, o): target minus tool position (m), then joint angles, whatever a study's policies see."""
     actions: Float32Array
     """(steps, n): next joint angles minus the present ones; zero at a trajectory's last waypoint."""
     starts: IntArray
@@ -38,7 +38,8 @@ def load_transitions(problem: Problem) -> Transitions:
     """Read the waypoints of all candidates of the pool."""
     pool = problem.pool
     paths = problem.waypoints(pool.candidates["trajectory_id"].to_pylist())
-    steps = demonstrations(problem.robot, paths, pool.target_positions()[target_rows(problem)], hold_steps=0)
+    targets = pool.target_positions()[target_rows(problem)]
+    steps = demonstrations(problem.robot, problem.scene, paths, targets, hold_steps=0)
     return Transitions(steps.observations, steps.actions, steps.starts, steps.lengths)
 
 

@@ -12,7 +12,8 @@ from torch import Tensor
 
 from plancurate.tasks.learning.demonstrations import Demonstrations
 from plancurate.tasks.learning.policies.policy import Policy
-from plancurate.tasks.learning.policies.trained import Action, Normaliser
+from plancurate.tasks.learning.policies.trained import Normaliser
+from plancurate.tasks.learning.settings import Action
 
 BLOCK = 50
 """Gradient steps whose windows and masks are drawn at once."""
@@ -38,7 +39,7 @@ def normaliser(data: Demonstrations, action: Action) -> Normaliser:
 
 def _actions(data: Demonstrations, action: Action) -> Tensor:
     steps = torch.from_numpy(data.actions)
-    return steps if action == "delta" else steps + torch.from_numpy(data.observations[:, 3:])
+    return steps if action == "delta" else steps + torch.from_numpy(data.q)
 
 
 class Batches:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, ClassVar, TypeVar
 
 import torch
 from pydantic import BaseModel, ConfigDict, ValidationError
 from torch import Tensor
 
-from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
+from plancurate.registry import discover
 
+ENTRY_POINTS = "plancurate.policies"
 Weights = Mapping[str, Tensor]
 """Parameters by name; in a stack of S networks each tensor has a leading dimension S."""
 
@@ -30,7 +33,7 @@ class Policy(BaseModel, ABC):
     """Raised by the policy's author when it learns or acts otherwise than before."""
     recurrent: ClassVar[bool]
     """Whether it learns from windows and remembers the steps before."""
-    robomimic: ClassVar[Mapping[str, Any]]
+    robomimic: ClassVar[Mapping[str, Any]] = {}
     """Settings that give it the size that robomimic's published experiments use."""
 
     batch: int
@@ -58,32 +61,37 @@ class Policy(BaseModel, ABC):
         return {}
 
 
-POLICIES: dict[str, type[Policy]] = {}
+_registry: dict[str, type[Policy]] = {}
 
 P = TypeVar("P", bound=type[Policy])
 
 
 def register(name: str) -> Callable[[P], P]:
-    """Make a policy class known by name."""
+    """Make a policy class known by name; raises ValueError when a class of another module has the name."""
 
     def decorate(cls: P) -> P:
+        known = _registry.get(name)
+        if known and known.__module__ != cls.__module__:
+            raise ValueError(f"policy '{name}' is registered by {known.__module__} already")
         cls.name = name
-        POLICIES[name] = cls
+        _registry[name] = cls
         return cls
 
     return decorate
 
 
 def policy_names() -> list[str]:
-    """Names of all registered policies, sorted."""
-    return sorted(POLICIES)
+    """Names of all policies, sorted: those of this folder and those of installed entry points."""
+    _discover()
+    return sorted(_registry)
 
 
 def kind_of(name: str) -> type[Policy]:
     """Return the class of that name; UnknownNameError otherwise."""
-    if name not in POLICIES:
-        raise UnknownNameError("policy", name, POLICIES)
-    return POLICIES[name]
+    _discover()
+    if name not in _registry:
+        raise UnknownNameError("policy", name, _registry)
+    return _registry[name]
 
 
 def make_policy(name: str, settings: Mapping[str, Any]) -> Policy:
@@ -95,6 +103,9 @@ def make_policy(name: str, settings: Mapping[str, Any]) -> Policy:
     try:
         return cls(**settings)
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"])
-        raise PlancurateError(f"policies.{name}.{field}: {first['input']!r}: {first['msg']}") from None
+        raise PlancurateError(first_problem(f"policies.{name}.{field_of(error)}", error, cls)) from None
+
+
+@cache
+def _discover() -> None:
+    discover("plancurate.tasks.learning.policies", ENTRY_POINTS)

@@ -13,10 +13,12 @@ from safetensors import SafetensorError
 from safetensors.torch import load_file, save
 from torch import Tensor
 
-from plancurate.errors import PlancurateError
+from plancurate.errors import PlancurateError, field_of, first_problem
+from plancurate.tasks.lake.manifest import folder_damage, list_files
+from plancurate.tasks.learning.observations import Layout, require_terms, width
 from plancurate.tasks.learning.policies.policy import Policy, make_policy
+from plancurate.tasks.learning.settings import Action
 
-Action = Literal["delta", "absolute"]
 WEIGHTS_FILE, DESCRIPTION_FILE = "policy.safetensors", "policy.json"
 
 
@@ -37,6 +39,8 @@ class TrainedPolicy:
     policy: Policy
     weights: Mapping[str, Tensor]
     normaliser: Normaliser
+    layout: Layout
+    """Observation terms that it was trained on, and how many numbers each gives."""
     action: Action
     """Whether the network gives the difference to the present joint angles or the next ones themselves."""
     window: int
@@ -55,15 +59,16 @@ class TrainedPolicy:
         return len(self.normaliser.action_mean)
 
     def save(self, folder: Path) -> None:
-        """Write policy.safetensors and policy.json into the folder, which is made if missing."""
+        """Write policy.safetensors, policy.json and their manifest into the folder, which is made if missing."""
         folder.mkdir(parents=True, exist_ok=True)
         tensors = {f"weights.{name}": value.contiguous() for name, value in self.weights.items()}
         tensors |= {f"normaliser.{name}": value for name, value in vars(self.normaliser).items()}
         (folder / WEIGHTS_FILE).write_bytes(save(tensors))
         description = Description(
-            format=1,
+            format=2,
             policy=self.policy.name,
             settings=self.policy.model_dump(mode="json"),
+            observation=self.layout,
             action=self.action,
             window=self.window,
             seed=self.seed,
@@ -72,6 +77,7 @@ class TrainedPolicy:
             diagnostics=self.diagnostics,
         )
         (folder / DESCRIPTION_FILE).write_text(description.model_dump_json(indent=1) + "\n")
+        list_files(folder, (DESCRIPTION_FILE, WEIGHTS_FILE))
 
 
 class Description(BaseModel):
@@ -79,9 +85,11 @@ class Description(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, ser_json_inf_nan="constants")
 
-    format: Literal[1]
+    format: Literal[2]
     policy: str
     settings: dict[str, Any]
+    observation: Layout
+    """Terms and their sizes, in order."""
     action: Action
     window: int
     seed: int
@@ -97,21 +105,29 @@ def load_policy(folder: Path) -> TrainedPolicy:
             raise PlancurateError(
                 f"{folder / name}: no such file; a policy folder holds {DESCRIPTION_FILE} and {WEIGHTS_FILE}"
             )
+    if damage := folder_damage(folder):
+        raise PlancurateError(f"{damage[0]}; remove the folder and train again")
     try:
         description = Description.model_validate_json((folder / DESCRIPTION_FILE).read_text())
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise PlancurateError(f"{folder / DESCRIPTION_FILE}: {where}: {first['msg']}") from None
+        raise PlancurateError(
+            first_problem(f"{folder / DESCRIPTION_FILE}: {field_of(error)}", error, Description)
+        ) from None
     try:
         tensors = load_file(folder / WEIGHTS_FILE)
     except SafetensorError as error:
         raise PlancurateError(f"{folder / WEIGHTS_FILE}: not a safetensors file: {error}") from None
-    return _restore(folder / WEIGHTS_FILE, description, tensors)
+    try:
+        require_terms([name for name, _ in description.observation])
+        policy = make_policy(description.policy, description.settings)
+    except PlancurateError as error:
+        raise PlancurateError(f"{folder / DESCRIPTION_FILE}: {error}") from None
+    return _restore(folder / WEIGHTS_FILE, description, policy, tensors)
 
 
-def _restore(file: Path, description: Description, tensors: dict[str, Tensor]) -> TrainedPolicy:
-    policy = make_policy(description.policy, description.settings)
+def _restore(
+    file: Path, description: Description, policy: Policy, tensors: dict[str, Tensor]
+) -> TrainedPolicy:
     names = Normaliser.__dataclass_fields__
     missing = [f"normaliser.{name}" for name in names if f"normaliser.{name}" not in tensors]
     if missing:
@@ -119,6 +135,11 @@ def _restore(file: Path, description: Description, tensors: dict[str, Tensor]) -
     normaliser = Normaliser(**{name: tensors[f"normaliser.{name}"] for name in names})
     weights = {name.removeprefix("weights."): t for name, t in tensors.items() if name.startswith("weights.")}
     observed, acted = len(normaliser.observation_mean), len(normaliser.action_mean)
+    if observed != width(description.observation):
+        raise PlancurateError(
+            f"{file}: normaliser.observation_mean has {observed} numbers; "
+            f"the observation terms in {DESCRIPTION_FILE} give {width(description.observation)}"
+        )
     expected = policy.initial(observed, acted, torch.Generator())
     for name, value in expected.items():
         if name not in weights or weights[name].shape != value.shape:
@@ -130,6 +151,7 @@ def _restore(file: Path, description: Description, tensors: dict[str, Tensor]) -
         policy,
         {name: weights[name] for name in expected},
         normaliser,
+        description.observation,
         description.action,
         description.window,
         description.seed,

@@ -32,14 +32,18 @@ from sklearn.metrics import roc_auc_score
 
 from plancurate import native
 from plancurate.robots import load_robot, load_scene
+from plancurate.tasks.candidates.time_parameterisation import TimingSettings
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.pool import Pool, make_pool
 from plancurate.tasks.curation.selectors.base import Problem, Stopwatch
 from plancurate.tasks.curation.selectors.selection import Selection, select
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 ROBOT, SCENE = load_robot("h2017"), load_scene("free")
+LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 CLEAN = "clean"
 DEFECTS = ("detour", "reversal", "duplicate", "stall", "wrong_target")
 DT = 0.05  # s
@@ -80,12 +84,15 @@ def problem(bed: Bed, budget: int = 1, seed: int = 0) -> Problem:
     rows = pa.array(np.arange(len(bed.paths)))
     connection.register("candidates", bed.pool.candidates.append_column("row", rows))
     watch = Stopwatch(time.perf_counter)
-    return Problem(bed.pool, budget, seed, connection, watch, ROBOT, SCENE, bed.waypoints)
+    return Problem(bed.pool, budget, seed, connection, watch, ROBOT, SCENE, bed.waypoints, LEARNING)
 
 
 def chosen(bed: Bed, name: str, budget: int | None, seed: int = 0, **params: object) -> Selection:
     """Select from the bed's pool without a lake."""
-    return select(name, bed.pool, budget, seed, params, robot=ROBOT, scene=SCENE, waypoints=bed.waypoints)
+    return select(
+        name, bed.pool, budget, seed, params,
+        robot=ROBOT, scene=SCENE, waypoints=bed.waypoints, learning=LEARNING,
+    )  # fmt: skip
 
 
 def auroc(bed: Bed, badness: FloatArray, defect: str) -> float:

@@ -25,6 +25,7 @@ from .defects import (
     CLEAN,
     DEFECTS,
     ROBOT,
+    SCENE,
     Bed,
     bed_of,
     chosen,
@@ -181,6 +182,7 @@ def test_the_native_one_draws_task_and_retrieved_windows_equally_often(
     paths = [bed.paths[row] for row in kept.rows]
     data = demonstrations(
         ROBOT,
+        SCENE,
         paths,
         bed.pool.target_positions()[bed.target[kept.rows]],
         steps=kept.steps,
@@ -201,7 +203,9 @@ def test_the_native_one_draws_task_and_retrieved_windows_equally_often(
 def test_what_windows_hold_is_never_glued(bed: Bed, found: Retrieval) -> None:
     kept = native_windows(found, NativeSettings())
     paths = [bed.paths[row] for row in kept.rows]
-    data = demonstrations(ROBOT, paths, np.zeros((len(paths), 3)), steps=kept.steps, weights=kept.weight)
+    data = demonstrations(
+        ROBOT, SCENE, paths, np.zeros((len(paths), 3)), steps=kept.steps, weights=kept.weight
+    )
     q = data.observations[data.windows(data.window_starts, 10)][:, :, 3:]
     assert np.abs(np.diff(q, axis=1)).max() <= max(np.abs(np.diff(p, axis=0)).max() for p in paths) + 1e-6
 

@@ -13,10 +13,12 @@ from scipy.special import erf
 from scipy.stats import spearmanr
 
 from plancurate.tasks.candidates.targets import Target
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.selectors import cupid
 from plancurate.tasks.curation.selectors.base import Problem, Stopwatch
-from plancurate.tasks.curation.selectors.cupid import InfluenceSettings, Rollouts, SampledPolicy, Steps
+from plancurate.tasks.curation.selectors.cupid import InfluenceSettings
 from plancurate.tasks.curation.selectors.influence import (
+    Activation,
     Gradients,
     Hessian,
     Network,
@@ -24,14 +26,25 @@ from plancurate.tasks.curation.selectors.influence import (
     gram,
     trajectory_gradients,
 )
+from plancurate.tasks.curation.selectors.sampled_policy import (
+    DISPLACED_M,
+    Rollouts,
+    SampledPolicy,
+    Steps,
+    own_targets,
+    roll_out,
+    sampled_policy,
+    standardised_steps,
+)
 from plancurate.tasks.curation.selectors.selection import Selection, select
 from plancurate.tasks.curation.selectors.transitions import target_rows
 from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
 from plancurate.tasks.learning.policies.trained import TrainedPolicy
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.tasks.learning.test_targets import displaced_tests
-from plancurate.tasks.learning.train import TrainSettings, train
+from plancurate.tasks.learning.train import train
 
-from .defects import ROBOT, SCENE, Bed, auroc, defective_pool
+from .defects import LEARNING, ROBOT, SCENE, Bed, auroc, defective_pool
 
 TARGETS = 6
 QUICK = {"steps": 300, "rollouts": 10, "projection": 8}
@@ -60,23 +73,33 @@ class Worked:
 
 def problem_of(bed: Bed) -> Problem:
     watch = Stopwatch(time.perf_counter)
-    return Problem(bed.pool, 5, 1, duckdb.connect(), watch, ROBOT, SCENE, bed.waypoints)
+    return Problem(bed.pool, 5, 1, duckdb.connect(), watch, ROBOT, SCENE, bed.waypoints, LEARNING)
 
 
 @pytest.fixture(scope="module")
 def worked() -> Worked:
     bed = defective_pool(seed=1, targets=TARGETS, per_target=40)
     problem = problem_of(bed)
-    data = demonstrations(ROBOT, bed.paths, bed.pool.target_positions()[target_rows(problem)])
+    data = demonstrations(ROBOT, SCENE, bed.paths, bed.pool.target_positions()[target_rows(problem)])
     trained = train("BC_MLP", [data], [problem.seed], TrainSettings(steps=1000))[0]
-    steps = cupid.standardised_steps(data, trained)
-    policy = cupid.sampled_policy(trained, steps)
-    return Worked(bed, problem, data, trained, policy, steps, cupid.roll_out(problem, policy, 300))
+    steps = standardised_steps(data, trained)
+    policy = sampled_policy(trained, steps)
+    return Worked(bed, problem, data, trained, policy, steps, roll_out(problem, policy, 300))
 
 
-def run(name: str, bed: Bed, budget: int | None = 5, seed: int = 0, **params: object) -> Selection:
-    chosen = {**QUICK, **params}
-    return select(name, bed.pool, budget, seed, chosen, robot=ROBOT, scene=SCENE, waypoints=bed.waypoints)
+def run(
+    name: str,
+    bed: Bed,
+    budget: int | None = 5,
+    seed: int = 0,
+    learning: LearningSettings = LEARNING,
+    **params: object,
+) -> Selection:
+    chosen = {**QUICK, **params} if name.startswith("CUPID") else params
+    return select(
+        name, bed.pool, budget, seed, chosen,
+        robot=ROBOT, scene=SCENE, waypoints=bed.waypoints, learning=learning,
+    )  # fmt: skip
 
 
 def small_network(rng: np.random.Generator) -> Network:
@@ -102,16 +125,18 @@ def of_trajectories(gradients: Gradients, steps: Steps) -> np.ndarray:
     return trajectory_gradients(factors, steps.starts, steps.lengths, "mean")
 
 
-def test_gradients_are_those_of_the_log_likelihood() -> None:
+@pytest.mark.parametrize("activation", ["tanh", "relu"])
+def test_gradients_are_those_of_the_log_likelihood(activation: Activation) -> None:
     rng = np.random.default_rng(0)
-    network, sigma = small_network(rng), 0.7
+    network, sigma = replace(small_network(rng), activation=activation), 0.7
+    bend = torch.tanh if activation == "tanh" else torch.relu
     steps = small_steps(rng, network, 4)
     found = of_trajectories(Gradients(network, draw_projections(network, None, rng), "loglik", sigma), steps)
     layers = [[torch.tensor(part, requires_grad=True) for part in layer] for layer in network.layers]
     for row, (first, length) in enumerate(zip(steps.starts, steps.lengths, strict=True)):
         x = torch.from_numpy(steps.observations[first : first + length])
         for k, (weight, bias) in enumerate(layers):
-            x = x @ weight + bias if k == len(layers) - 1 else torch.tanh(x @ weight + bias)
+            x = x @ weight + bias if k == len(layers) - 1 else bend(x @ weight + bias)
         actions = torch.from_numpy(steps.actions[first : first + length])
         likelihood = -((actions - x) ** 2).sum(1).mean() / (2 * sigma**2)
         grads = torch.autograd.grad(likelihood, [part for layer in layers for part in layer])
@@ -206,18 +231,16 @@ def test_rollouts_hold_what_was_done_until_they_ended(worked: Worked) -> None:
     assert (steps.lengths[rollouts.returns < 0] > 0).all()
     scatter = steps.actions - worked.policy.network.act(steps.observations)
     assert scatter.std() == pytest.approx(worked.policy.sigma, rel=0.02)
-    mean, scale = (
-        value.numpy()
-        for value in (worked.policy.normaliser.observation_mean, worked.policy.normaliser.observation_scale)
-    )
+    norm = worked.trained.normaliser
+    mean, scale = norm.observation_mean.numpy(), norm.observation_scale.numpy()
     first = steps.observations[steps.starts[steps.lengths > 0]] * scale + mean
     np.testing.assert_allclose(first[:, 3:], np.tile(ROBOT.home, (len(first), 1)), atol=1e-4)
 
 
 def test_rollouts_lead_near_the_targets_but_never_where_policies_are_tested(worked: Worked) -> None:
     pool = worked.bed.pool
-    own = cupid.own_targets(pool, 50, 0).reshape(TARGETS, 50, 3)
-    assert np.linalg.norm(own - pool.target_positions()[:, None], axis=2).max() <= cupid.DISPLACED_M + 1e-9
+    own = own_targets(pool, 50, 0).reshape(TARGETS, 50, 3)
+    assert np.linalg.norm(own - pool.target_positions()[:, None], axis=2).max() <= DISPLACED_M + 1e-9
     ids = pool.targets["target_id"].to_pylist()
     targets = [
         Target(number, place, np.empty((0, 6)))
@@ -282,13 +305,13 @@ def test_training_on_the_top_third_does_better_than_on_the_bottom_third(
     third = np.array([np.mean(psi[target == t] < p) for p, t in zip(psi, target, strict=True)])
     places = worked.bed.pool.target_positions()[target_rows(worked.problem)]
     data = [
-        demonstrations(ROBOT, [worked.bed.paths[row] for row in rows], places[rows])
+        demonstrations(ROBOT, SCENE, [worked.bed.paths[row] for row in rows], places[rows])
         for rows in (np.flatnonzero(third >= 2 / 3), np.flatnonzero(third < 1 / 3))
     ]
     successes = [
-        np.mean(cupid.roll_out(worked.problem, cupid.sampled_policy(trained, steps), 50).returns > 0)
+        np.mean(roll_out(worked.problem, sampled_policy(trained, steps), 50).returns > 0)
         for trained in train("BC_MLP", data, [0, 0], TrainSettings(steps=500))
-        for steps in [cupid.standardised_steps(data[0], trained)]
+        for steps in [standardised_steps(data[0], trained)]
     ]
     assert successes[0] > successes[1] + 0.05
 
@@ -315,3 +338,45 @@ def test_the_same_seed_keeps_the_same_and_another_seed_something_else() -> None:
     first, again = run("CUPID", bed), run("CUPID", bed)
     assert first.kept.equals(again.kept)
     assert set(first.ids) != set(run("CUPID", bed, seed=1).ids)
+
+
+def test_the_base_policy_is_trained_and_rolled_out_as_the_study_says() -> None:
+    bed = defective_pool(seed=2, targets=3, per_target=20)
+    usual = run("CUPID_Native", bed, None, steps=None, learning=settings_of(training={"steps": 20}))
+    changes = (
+        {"training": {"steps": 100}},
+        {"training": {"steps": 20, "observation": ["target_offset", "joint_positions", "last_action"]}},
+        {"training": {"steps": 20, "action": "absolute"}},
+        {"training": {"steps": 20, "policies": {"BC_MLP": {"activation": "relu"}}}},
+        {"training": {"steps": 20}, "evaluation": {"max_steps": 15}},
+    )
+    for change in changes:
+        other = run("CUPID_Native", bed, None, steps=None, learning=settings_of(**change))
+        assert other.selection_id != usual.selection_id
+        assert other.kept["score"] != usual.kept["score"]
+    own = run("CUPID_Native", bed, None, steps=20, learning=settings_of(training={"steps": 100}))
+    assert own.kept["score"] == usual.kept["score"]
+
+
+def test_only_selectors_that_train_depend_on_how_the_study_trains() -> None:
+    bed = defective_pool(seed=2, targets=3, per_target=20)
+    short, long = (settings_of(training={"steps": steps}) for steps in (20, 100))
+    ids = {
+        name: {run(name, bed, learning=learning, **params).selection_id for learning in (short, long)}
+        for name, params in (("CUPID", {"steps": None}), ("KMeans", {}), ("KMeans_Hybrid", {}))
+    }
+    assert {name: len(found) for name, found in ids.items()} == {"CUPID": 2, "KMeans": 1, "KMeans_Hybrid": 1}
+    elsewhere = settings_of(training={"steps": 20, "device": "cuda"})
+    cpu, cuda = (learning.identity(("training", "evaluation")) for learning in (short, elsewhere))
+    assert cpu == cuda
+
+
+def settings_of(
+    training: dict[str, object] | None = None, evaluation: dict[str, object] | None = None
+) -> LearningSettings:
+    """A study's settings with some changed."""
+    return LearningSettings(
+        TrainSettings.model_validate(training or {}),
+        EvaluateSettings.model_validate(evaluation or {}),
+        LEARNING.timing,
+    )

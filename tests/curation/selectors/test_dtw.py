@@ -24,6 +24,8 @@ from plancurate.tasks.curation.selectors.dtw import (
 )
 from plancurate.tasks.curation.selectors.selection import Selection, select
 
+from .defects import LEARNING
+
 ROBOT, SCENE = load_robot("h2017"), load_scene("free")
 PARTITION = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 NAMES = ("DTW", "DTW_Hybrid")
@@ -89,13 +91,13 @@ def problem_of(paths: Paths, budget: int = 1) -> Problem:
         return [paths[int(name[1:])][1] for name in ids]
 
     watch = Stopwatch(time.perf_counter)
-    return Problem(pool_of(paths), budget, 0, duckdb.connect(), watch, ROBOT, SCENE, waypoints)
+    return Problem(pool_of(paths), budget, 0, duckdb.connect(), watch, ROBOT, SCENE, waypoints, LEARNING)
 
 
 def run(name: str, paths: Paths, budget: int, seed: int = 0, pool: Pool | None = None) -> Selection:
     read = problem_of(paths).waypoints
     pool = pool or pool_of(paths)
-    return select(name, pool, budget, seed, robot=ROBOT, scene=SCENE, waypoints=read)
+    return select(name, pool, budget, seed, robot=ROBOT, scene=SCENE, waypoints=read, learning=LEARNING)
 
 
 def made_up_paths(targets: int, per_target: int) -> Paths:

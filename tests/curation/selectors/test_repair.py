@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,10 +13,14 @@ from plancurate.robots import load_robot, load_scene
 from plancurate.robots.scene import Scene
 from plancurate.tasks.candidates.settings import TimingSettings
 from plancurate.tasks.candidates.time_parameterisation import Timed, problem_of, time_path
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.pool import make_pool
 from plancurate.tasks.curation.selectors import repair as repair_module
 from plancurate.tasks.curation.selectors.repair import repaired_trajectory
 from plancurate.tasks.curation.selectors.selection import Selection, select
+from plancurate.tasks.learning.settings import TrainSettings
+
+from .defects import LEARNING
 
 ROBOT = load_robot("h2017")
 FREE, TABLE = load_scene("free"), load_scene("table")
@@ -39,7 +44,9 @@ def length(q: np.ndarray) -> float:
     return float(np.linalg.norm(np.diff(q, axis=0), axis=1).sum())
 
 
-def select_repair(scene: Scene, trajectories: Sequence[np.ndarray], seed: int = 0) -> Selection:
+def select_repair(
+    scene: Scene, trajectories: Sequence[np.ndarray], seed: int = 0, learning: LearningSettings = LEARNING
+) -> Selection:
     n = len(trajectories)
     numbers = np.arange(n)
     metrics = ("joint_movement", "smoothness", "path_length", "duration", "final_distance")
@@ -56,7 +63,9 @@ def select_repair(scene: Scene, trajectories: Sequence[np.ndarray], seed: int = 
     def waypoints(ids: Sequence[str]) -> list[np.ndarray]:
         return [trajectories[int(name[1:])] for name in ids]
 
-    return select("Repair", pool, None, seed, robot=ROBOT, scene=scene, waypoints=waypoints)
+    return select(
+        "Repair", pool, None, seed, robot=ROBOT, scene=scene, waypoints=waypoints, learning=learning
+    )
 
 
 def repaired(scene: Scene, trajectories: Sequence[np.ndarray], seed: int = 0) -> list[np.ndarray]:
@@ -84,7 +93,7 @@ def planned_around_the_table() -> list[np.ndarray]:
     for goal in hidden[:8]:
         result = native.plan(
             ROBOT.native, TABLE.native, "RRTConnect", ROBOT.home, goal[None],
-            params={}, seed=1, budget=budget, resolution=0.01, simplify=False,
+            params={}, seed=1, budget=budget, resolution=0.01, simplification="off",
         )  # fmt: skip
         if result.status == "exact":
             found.append(time_path(ROBOT, TABLE, result.path, TIMING).q)
@@ -111,14 +120,14 @@ def test_a_straight_way_keeps_its_waypoints() -> None:
 def test_what_collides_keeps_its_waypoints() -> None:
     into_the_table = np.linspace(ROBOT.home, ROBOT.home + np.array([0, 0.8, 0.4, 0, 0, 0]), 30)
     assert problem_of(ROBOT, TABLE, into_the_table, TIMING) != ""
-    assert repaired_trajectory(ROBOT, TABLE, into_the_table, TIMING.dt, 0) is into_the_table
+    assert repaired_trajectory(ROBOT, TABLE, into_the_table, TIMING, 0) is into_the_table
 
 
 def test_what_cannot_be_timed_keeps_its_waypoints(monkeypatch: pytest.MonkeyPatch) -> None:
     stored = detoured(0)
     failed = Timed(stored[:0], 0.0, "", "stops: collides")
     monkeypatch.setattr(repair_module, "time_path", lambda *_: failed)
-    assert repaired_trajectory(ROBOT, FREE, stored, TIMING.dt, 0) is stored
+    assert repaired_trajectory(ROBOT, FREE, stored, TIMING, 0) is stored
 
 
 def test_the_whole_pool_is_kept_and_repeats_itself() -> None:
@@ -132,7 +141,7 @@ def test_the_whole_pool_is_kept_and_repeats_itself() -> None:
 def test_equal_trajectories_are_repaired_once(monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[np.ndarray] = []
 
-    def count(robot: object, scene: object, q: np.ndarray, dt: float, seed: int) -> np.ndarray:
+    def count(robot: object, scene: object, q: np.ndarray, timing: object, seed: int) -> np.ndarray:
         calls.append(q)
         return q
 
@@ -145,3 +154,14 @@ def test_a_repair_does_not_depend_on_what_else_is_in_the_pool() -> None:
     stored = planned_around_the_table()
     alone = repaired(TABLE, stored[-1:])[0]
     np.testing.assert_array_equal(repaired(TABLE, stored)[-1], alone)
+
+
+def test_repairs_are_timed_as_the_study_times_its_paths() -> None:
+    stored = [detoured(0)]
+    slow = replace(LEARNING, timing=TimingSettings(limit_share=0.4))
+    usual, slower = select_repair(FREE, stored), select_repair(FREE, stored, learning=slow)
+    assert usual.selection_id != slower.selection_id
+    waypoints = [len(selection.kept["q"][0]) for selection in (usual, slower)]
+    assert waypoints[1] > 1.4 * waypoints[0]
+    fast = replace(LEARNING, training=TrainSettings(steps=7))
+    assert select_repair(FREE, stored, learning=fast).selection_id == usual.selection_id

@@ -26,6 +26,7 @@ from .defects import (
     DEFECTS,
     DT,
     ROBOT,
+    SCENE,
     Bed,
     auroc,
     bed_of,
@@ -130,7 +131,7 @@ def test_what_windows_hold_is_never_glued(bed: Bed) -> None:
     kept = chosen(bed, "SCIZOR_Native", None, **FEW).kept
     ids, steps = kept["trajectory_id"].to_pylist(), kept["steps"].to_pylist()
     paths = bed.waypoints(ids)
-    data = demonstrations(ROBOT, paths, np.zeros((len(paths), 3)), steps=[np.array(s) for s in steps])
+    data = demonstrations(ROBOT, SCENE, paths, np.zeros((len(paths), 3)), steps=[np.array(s) for s in steps])
     episode = np.searchsorted(data.starts, data.window_starts, side="right") - 1
     for first, number in zip(data.window_starts[::97], episode[::97], strict=True):
         path, begin = paths[number], first - data.starts[number]

@@ -23,6 +23,8 @@ from plancurate.tasks.curation.selectors.clusters import (
 )
 from plancurate.tasks.curation.selectors.selection import Selection, select
 
+from .defects import LEARNING
+
 ROBOT, SCENE = load_robot("h2017"), load_scene("free")
 PARTITION = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 PER_TARGET = (
@@ -61,7 +63,9 @@ def made_up_pool(seed: int, targets: int, per_target: int, spread: float = 1e-4)
 
 def run(name: str, pool: Pool, budget: int | None, seed: int = 0, **params: object) -> Selection:
     """Select without a lake."""
-    return select(name, pool, budget, seed, params, robot=ROBOT, scene=SCENE, waypoints=no_waypoints)
+    return select(
+        name, pool, budget, seed, params, robot=ROBOT, scene=SCENE, waypoints=no_waypoints, learning=LEARNING
+    )
 
 
 def no_waypoints(ids: Sequence[str]) -> list[np.ndarray]:

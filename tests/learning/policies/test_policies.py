@@ -7,11 +7,11 @@ import torch
 from torch import distributions
 
 from plancurate.errors import PlancurateError, UnknownNameError
-from plancurate.tasks.learning.policies import POLICIES, make_policy, policy_names
+from plancurate.tasks.learning.policies import kind_of, make_policy, policy_names
 from plancurate.tasks.learning.policies.dropout import DropoutRNNPolicy
 from plancurate.tasks.learning.policies.mixture import MixtureRNNPolicy
 from plancurate.tasks.learning.policies.policy import Policy, Weights
-from plancurate.tasks.learning.train import TrainSettings
+from plancurate.tasks.learning.settings import TrainSettings
 
 OBSERVED, ACTED = 9, 6
 
@@ -38,7 +38,7 @@ def test_unknown_policy_and_setting_name_the_nearest() -> None:
 
 
 def test_value_out_of_range_names_policy_field_and_value() -> None:
-    with pytest.raises(PlancurateError, match=r"policies.BC_RNN_Dropout.dropout: 1.5"):
+    with pytest.raises(PlancurateError, match=r"policies.BC_RNN_Dropout.dropout = 1.5"):
         make_policy("BC_RNN_Dropout", {"dropout": 1.5})
 
 
@@ -151,7 +151,7 @@ def test_mlp_bends_by_tanh_unless_asked_for_relu() -> None:
 
 def test_robomimic_sizes_are_accepted_and_single_settings_go_over_them() -> None:
     settings = TrainSettings(size="robomimic", policies={"BC_RNN": {"hidden": 8}})
-    assert settings.policy("BC_MLP") == make_policy("BC_MLP", dict(POLICIES["BC_MLP"].robomimic))
+    assert settings.policy("BC_MLP") == make_policy("BC_MLP", dict(kind_of("BC_MLP").robomimic))
     assert settings.policy("BC_RNN_MDN").model_dump()["hidden"] == 400
     assert settings.policy("BC_RNN").model_dump()["layers"] == 2
     assert settings.policy("BC_RNN").model_dump()["hidden"] == 8

@@ -1,0 +1,143 @@
+"""A policy that draws its actions, and rollouts of it: what an influence on the return is estimated from."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from plancurate.tasks.curation.pool import Pool
+from plancurate.tasks.curation.selectors.base import Problem
+from plancurate.tasks.curation.selectors.influence import Network
+from plancurate.tasks.learning.demonstrations import Demonstrations, Float32Array, FloatArray, IntArray
+from plancurate.tasks.learning.observations import observe
+from plancurate.tasks.learning.policies.batches import standardised
+from plancurate.tasks.learning.policies.mlp import MLPPolicy
+from plancurate.tasks.learning.policies.trained import TrainedPolicy
+from plancurate.tasks.learning.rollouts import Trials
+from plancurate.tasks.learning.test_targets import directions
+
+DISPLACED_M = 0.05
+"""Largest displacement of a rollout's target from the training target."""
+LEAST_SIGMA = 0.05
+"""Standard deviation at least of sampled actions, in standardised units."""
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """Standardised steps of trajectories, one trajectory after another."""
+
+    observations: Float32Array
+    """(steps, o)."""
+    actions: Float32Array
+    """(steps, n)."""
+    starts: IntArray
+    """(trajectories,): first step of each."""
+    lengths: IntArray
+    """(trajectories,): steps of each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rollouts:
+    """What a policy with sampled actions did, and what came of it."""
+
+    steps: Steps
+    """Up to the success or failure of each rollout."""
+    returns: FloatArray
+    """(rollouts,): 1 for a success, -1 for a failure."""
+    target: IntArray
+    """(rollouts,): row of the training target that the rollout's own target lies near."""
+
+
+@dataclass(frozen=True, eq=False)
+class SampledPolicy:
+    """N(mu(s), sigma^2 I) around a trained policy's action mu, in standardised units."""
+
+    network: Network
+    sigma: float
+    trained: TrainedPolicy
+
+    def sample(self, observations: FloatArray, rng: np.random.Generator) -> tuple[Float32Array, Float32Array]:
+        """Standardised observations (b, o) and actions (b, n) drawn for them, given observations (b, o)."""
+        norm = self.trained.normaliser
+        seen = (observations - norm.observation_mean.numpy()) / norm.observation_scale.numpy()
+        mu = self.network.act(seen.astype(np.float32))
+        noise = rng.normal(0, self.sigma, mu.shape)
+        return seen.astype(np.float32), (mu + noise).astype(np.float32)
+
+    def next_q(self, actions: Float32Array, q: FloatArray) -> FloatArray:
+        """Joint angles (b, n) that standardised actions lead to from joint angles q (b, n), rad or m."""
+        norm = self.trained.normaliser
+        action = np.asarray(actions * norm.action_scale.numpy() + norm.action_mean.numpy(), dtype=np.float64)
+        return q + action if self.trained.action == "delta" else action
+
+
+def standardised_steps(data: Demonstrations, trained: TrainedPolicy) -> Steps:
+    """The steps that the policy was trained on, held ones included, as it saw them."""
+    table = standardised(data, trained.normaliser, trained.action).numpy()
+    observed = data.observations.shape[1]
+    return Steps(table[:, :observed], table[:, observed:], data.starts, data.lengths)
+
+
+def sampled_policy(trained: TrainedPolicy, steps: Steps) -> SampledPolicy:
+    """The trained BC_MLP with actions as spread around its own as those of the steps it was trained on."""
+    assert isinstance(trained.policy, MLPPolicy)
+    layers = [f"layer_{k}" for k in range(len(trained.policy.hidden) + 1)]
+    network = Network(
+        tuple(
+            (trained.weights[f"{name}.weight"].numpy(), trained.weights[f"{name}.bias"][0].numpy())
+            for name in layers
+        ),
+        trained.policy.activation,
+    )
+    residual = steps.actions - network.act(steps.observations)
+    sigma = float(np.sqrt(np.mean(np.square(residual, dtype=np.float64))))
+    return SampledPolicy(network, max(sigma, LEAST_SIGMA), trained)
+
+
+def roll_out(problem: Problem, policy: SampledPolicy, each: int) -> Rollouts:
+    """Roll the policy out from home, `each` times to positions around every target of the pool."""
+    settings = problem.learning.evaluation
+    rng = np.random.default_rng(_own_seed(problem.seed))
+    positions = own_targets(problem.pool, each, problem.seed)
+    trials = Trials(problem.robot, problem.scene, positions, settings)
+    terms = [name for name, _ in policy.trained.layout]
+    seen, done, lengths = [], [], np.zeros(len(positions), dtype=np.int64)
+    for _ in range(settings.max_steps):
+        observations, actions = policy.sample(observe(terms, trials.state), rng)
+        seen.append(observations)
+        done.append(actions)
+        lengths += ~(trials.reached | trials.stopped)
+        trials.move(policy.next_q(actions, trials.state.q))
+        if (trials.reached | trials.stopped).all():
+            break
+    return Rollouts(
+        steps=_joined(seen, done, lengths),
+        returns=np.where(trials.reached, 1.0, -1.0),
+        target=np.repeat(np.arange(problem.pool.n_targets), each),
+    )
+
+
+def _joined(seen: list[Float32Array], done: list[Float32Array], lengths: IntArray) -> Steps:
+    """The first steps of each rollout (lengths), from arrays (rollouts, ...) of all rollouts at each step."""
+    taken = np.arange(len(seen))[None, :] < lengths[:, None]
+    observations, actions = (np.stack(values, axis=1)[taken] for values in (seen, done))
+    return Steps(observations, actions, np.cumsum(lengths) - lengths, lengths)
+
+
+def own_targets(pool: Pool, each: int, seed: int) -> FloatArray:
+    """Positions (targets * each, 3), m, displaced evenly up to DISPLACED_M, in directions of no evaluation."""
+    distance = np.linspace(DISPLACED_M / each, DISPLACED_M, each)[:, None]  # tests in place are evaluation's
+    ids = pool.targets["target_id"].to_pylist()
+    return np.concatenate(
+        [
+            position + distance * directions(each, _own_seed(seed), target_id)
+            for position, target_id in zip(pool.target_positions(), ids, strict=True)
+        ]
+    )
+
+
+def _own_seed(seed: int) -> int:
+    """A seed beyond those that anyone gives to an evaluation, so that no test leaks into the selection."""
+    return int.from_bytes(hashlib.sha256(f"CUPID/{seed}".encode()).digest()[:16], "little")

@@ -1,0 +1,98 @@
+"""What a user may set of training and evaluation; it imports no networks, so that a command line starts fast."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import Field, field_validator
+
+from plancurate.bounds import Seed, Settings
+
+if TYPE_CHECKING:
+    from plancurate.tasks.learning.policies.policy import Policy
+
+Action = Literal["delta", "absolute"]
+BASIC_OBSERVATION = ("target_offset", "joint_positions")
+
+
+class TrainSettings(Settings):
+    """How every network is trained, whatever was selected for it."""
+
+    steps: int = Field(
+        2000, ge=1, description="gradient steps, the same for every selection; the last state counts"
+    )
+    learning_rate: float = Field(1e-3, gt=0, description="largest step size of Adam")
+    schedule: Literal["cosine", "constant"] = Field("cosine", description="how the learning rate goes on")
+    weight_decay: float = Field(
+        1.0,
+        ge=0,
+        description="pull of all weights to zero, so that a policy acts alike near what it was shown",
+    )
+    clip: float = Field(1.0, gt=0, description="largest norm of a network's gradient")
+    window: int = Field(
+        10,
+        ge=1,
+        description="steps a recurrent policy is trained on; in a rollout its memory is reset so often",
+    )
+    observation: tuple[str, ...] = Field(
+        BASIC_OBSERVATION,
+        min_length=1,
+        description="observation terms, in the order in which a policy sees them",
+    )
+    demonstration_steps: Literal["time", "arc"] = Field(
+        "time",
+        description="steps of a demonstration: as sampled in time, or at equal joint steps, whatever the speed",
+    )
+    arc_rad: float = Field(
+        0.06,  # in 0.05 s no joint of the H2017 can do more
+        gt=0,
+        allow_inf_nan=False,
+        description="length of an arc step, Euclidean over all joints, rad",
+    )
+    action: Action = Field(
+        "delta", description="next joint angles as a difference to the present ones, or as they are"
+    )
+    size: Literal["small", "robomimic"] = Field(
+        "small", description="small and fast networks, or the sizes of robomimic's experiments"
+    )
+    policies: dict[str, dict[str, Any]] = Field(
+        default={}, description='settings of single policies, e.g. {"BC_RNN_Dropout": {"dropout": 0.3}}'
+    )
+    device: str = Field("cpu", description="where the networks are trained: cpu or cuda")
+
+    @field_validator("observation")
+    @classmethod
+    def _terms_are_known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        from plancurate.tasks.learning.observations import require_terms
+
+        require_terms(names)
+        return names
+
+    @field_validator("policies")
+    @classmethod
+    def _policies_are_known(cls, policies: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+        if policies:
+            from plancurate.tasks.learning.policies.policy import make_policy
+
+            for name, values in policies.items():
+                make_policy(name, values)
+        return policies
+
+    def policy(self, name: str) -> Policy:
+        """Build the named policy in the size and with the settings asked for."""
+        from plancurate.tasks.learning.policies.policy import kind_of, make_policy
+
+        sizes = kind_of(name).robomimic if self.size == "robomimic" else {}
+        return make_policy(name, {**sizes, **self.policies.get(name, {})})
+
+
+class EvaluateSettings(Settings):
+    """How a rollout is run and judged."""
+
+    max_steps: int = Field(200, ge=1, description="steps after which a rollout ends")
+    reach_m: float = Field(0.05, gt=0, description="a target is reached when the tool is nearer than this, m")
+    resolution: float = Field(
+        0.05, gt=0, description="largest joint step between collision checks of a move, rad"
+    )
+    seed: Seed = Field(1000, description="seed of the displaced test targets")
+    device: str = Field("cpu", description="where the networks run: cpu or cuda")
