@@ -106,7 +106,7 @@ def make_policy(name: str, settings: Mapping[str, Any]) -> Policy:
     try:
         return cls(**settings)
     except ValidationError as error:
-        raise PlancurateError(first_problem(f"policies.{name}.{field_of(error)}", error)) from None
+        raise PlancurateError(first_problem(f"policies.{name}.{field_of(error)}", error, cls)) from None
 
 
 @cache
