@@ -328,12 +328,12 @@ class StudyMaker:
         self.lake.write("studies", {"study": study}, f"{rows[0]['run_at']:%Y%m%d}", part, {})
         return study
 
-    def plan(self, planner: str, target_id: int, **changes: object) -> None:
+    def plan(self, planner: str, target_id: int, key: str = "more", **changes: object) -> None:
         """Add a run of a planner to the pool, whichever study asked for it."""
         part = pa.Table.from_pylist(
-            [trajectory(target_id, planner, 0, **changes)], table("trajectories").schema
+            [trajectory(target_id, planner, 0) | changes], table("trajectories").schema
         )
-        self.lake.write("trajectories", {**POOL, "planner": planner}, f"{target_id:06d}-more", part, {})
+        self.lake.write("trajectories", {**POOL, "planner": planner}, f"{target_id:06d}-{key}", part, {})
 
     def test(
         self,
