@@ -26,6 +26,8 @@ from plancurate.tasks.lake.home import Home
 
 from ..homes import NewHome
 
+pytestmark = pytest.mark.server
+
 ROOT = Path(__file__).parents[2]
 FINAL = {"COMPLETED", "FAILED", "CRASHED", "CANCELLED"}
 ONE_TARGET = {"config": {"name": "served", "n_targets": 1, "planners": ["RRTConnect"]}}

@@ -21,6 +21,8 @@ from plancurate.tasks.lake.home import Home
 
 from ..homes import NewHome
 
+pytestmark = pytest.mark.server
+
 SHORT = """
 import sys
 from plancurate.tasks.lake.home import Home
