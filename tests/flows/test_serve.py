@@ -19,8 +19,8 @@ from prefect.client.orchestration import SyncPrefectClient
 from prefect.settings import temporary_settings
 
 from plancurate.flows.server.deployments import deploy
-from plancurate.flows.server.locks import read_note
 from plancurate.flows.server.services import healthy
+from plancurate.locks import read_note
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
 
