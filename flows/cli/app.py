@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import errno
+import json
 import sys
 from collections.abc import Sequence
 from functools import cache
@@ -15,6 +16,7 @@ from cyclopts import App, CycloptsError, Group
 from plancurate import __version__
 from plancurate.errors import IncompleteError, PlancurateError
 from plancurate.flows.cli.console import console
+from plancurate.yaml_files import parse_yaml
 
 USER_ERROR, INCOMPLETE, INTERRUPTED = 2, 1, 130
 # What a disk refuses, a user can mend.
@@ -67,7 +69,8 @@ app = build()
 def main(argv: Sequence[str] | None = None) -> None:
     """Run the command line; a user's mistake ends it with one line and exit code 2."""
     try:
-        app(argv, exit_on_error=False, print_error=False, console=console)
+        words = [as_json(word) for word in (sys.argv[1:] if argv is None else argv)]
+        app(words, exit_on_error=False, print_error=False, console=console)
     except (CycloptsError, PlancurateError) as error:
         stop(str(error), USER_ERROR)
     except OSError as error:
@@ -78,6 +81,11 @@ def main(argv: Sequence[str] | None = None) -> None:
         stop(str(error), INCOMPLETE)
     except KeyboardInterrupt:
         stop("stopped; the same command goes on from here", INTERRUPTED)
+
+
+def as_json(word: str) -> str:
+    """Return a word that begins like a YAML mapping or list as JSON, which cyclopts reads, others as they are."""
+    return json.dumps(parse_yaml(word, word), default=str) if word.startswith(("{", "[")) else word
 
 
 def stop(message: str, code: int) -> None:

@@ -24,9 +24,10 @@ from plancurate.locks import read_note
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
 
+from ..homes import NewHome, environment
+
 FINAL = {"COMPLETED", "FAILED", "CRASHED", "CANCELLED"}
 ONE_TARGET = {"config": {"name": "served", "n_targets": 1, "planners": ["RRTConnect"]}}
-UNCONFIGURED = ("PREFECT_API_URL", "MLFLOW_TRACKING_URI")
 
 
 @dataclass
@@ -41,11 +42,12 @@ class Serving:
 
 def serve(home: Home) -> subprocess.Popen[str]:
     """Serve a home from a folder that is not the repository."""
-    kept = {name: value for name, value in os.environ.items() if name not in UNCONFIGURED}
-    kept["PYTHONPATH"] = os.pathsep.join(str(Path(path).absolute()) for path in sys.path if path)
+    paths = os.pathsep.join(str(Path(path).absolute()) for path in sys.path if path)
     words = ["from plancurate.flows.cli.app import main; main()", "serve", "--home", str(home.root)]
     command = [sys.executable, "-c", *words]
-    return subprocess.Popen(command, cwd=home.root, env=kept, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        command, cwd=home.root, env=environment(PYTHONPATH=paths), stderr=subprocess.PIPE, text=True
+    )
 
 
 def ready(home: Home) -> Serving:
@@ -61,8 +63,8 @@ def ready(home: Home) -> Serving:
 
 
 @pytest.fixture(scope="module")
-def home(tmp_path_factory: pytest.TempPathFactory) -> Home:
-    return Home(tmp_path_factory.mktemp("served"))
+def home(new_home: NewHome, tmp_path_factory: pytest.TempPathFactory) -> Home:
+    return Home(new_home(tmp_path_factory.mktemp("served")))
 
 
 @pytest.fixture(scope="module")
