@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import errno
+import json
 import sys
 from collections.abc import Sequence
 from functools import cache
@@ -15,6 +16,7 @@ from cyclopts import App, CycloptsError, Group
 from plancurate import __version__
 from plancurate.errors import IncompleteError, PlancurateError
 from plancurate.flows.cli.console import console
+from plancurate.yaml_files import parse_yaml
 
 USER_ERROR, INCOMPLETE, INTERRUPTED = 2, 1, 130
 # What a disk refuses, a user can mend.
@@ -27,21 +29,18 @@ COMMANDS = {
     "Run a study": [
         "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:evaluate", "stages:compact",
     ],
-    "See what came out": ["queries:report", "compare:compare", "queries:sql", "server.serve:serve"],
+    "See what came out": ["queries:report", "compare:compare", "queries:sql", "serve:serve"],
     "See what there is": [
         "fields:fields", "registered:robots", "registered:planners", "registered:selectors", "registered:policies",
         "doctor:doctor",
     ],
 }  # fmt: skip
-FLOWS = Path(__file__).parents[1]
 
 
 @cache
 def functions(module: str) -> dict[str, str]:
     """Docstrings of a module's functions by name, read without importing it: that would take seconds."""
-    tree = ast.parse(
-        Path(__file__).parents[1].joinpath(*module.split(".")).with_suffix(".py").read_text(encoding="utf-8")
-    )
+    tree = ast.parse(Path(__file__).with_name(f"{module}.py").read_text(encoding="utf-8"))
     return {
         node.name: ast.get_docstring(node) or "" for node in tree.body if isinstance(node, ast.FunctionDef)
     }
@@ -58,9 +57,8 @@ def build() -> App:
     for title, commands in COMMANDS.items():
         group = Group(title, sort_key=next(place))
         for command in commands:
-            path = command if "." in command else f"cli.{command}"
-            module, _, name = path.partition(":")
-            path, help = f"plancurate.flows.{path}", functions(module)[name]
+            module, _, name = command.partition(":")
+            path, help = f"{__package__}.{command}", functions(module)[name]
             app.command(path, name=name, help=help, group=group, sort_key=next(place))
     return app
 
@@ -71,7 +69,8 @@ app = build()
 def main(argv: Sequence[str] | None = None) -> None:
     """Run the command line; a user's mistake ends it with one line and exit code 2."""
     try:
-        app(argv, exit_on_error=False, print_error=False, console=console)
+        words = [as_json(word) for word in (sys.argv[1:] if argv is None else argv)]
+        app(words, exit_on_error=False, print_error=False, console=console)
     except (CycloptsError, PlancurateError) as error:
         stop(str(error), USER_ERROR)
     except OSError as error:
@@ -82,6 +81,11 @@ def main(argv: Sequence[str] | None = None) -> None:
         stop(str(error), INCOMPLETE)
     except KeyboardInterrupt:
         stop("stopped; the same command goes on from here", INTERRUPTED)
+
+
+def as_json(word: str) -> str:
+    """Return a word that begins like a YAML mapping or list as JSON, which cyclopts reads, others as they are."""
+    return json.dumps(parse_yaml(word, word), default=str) if word.startswith(("{", "[")) else word
 
 
 def stop(message: str, code: int) -> None:

@@ -18,7 +18,6 @@ from pydantic.fields import FieldInfo
 
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.tasks.study.config import StudyConfig, load_config
-from plancurate.yaml_files import parse_yaml
 
 # Spellings beside the fields' own.
 ALIASES = {"n_targets": "--targets", "scenes": "--scene"}
@@ -52,15 +51,13 @@ def is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
-def given(values: Any, option: str = "") -> Any:
-    """Return options as they were given; what begins like a YAML mapping or list is read as one, null as None."""
+def given(values: Any) -> Any:
+    """Return the options as they were given, `null` as None."""
     if isinstance(values, Mapping):
-        return {name: given(value, f"{option}.{name}") for name, value in values.items()}
-    if isinstance(values, list):
-        return [given(value, option) for value in values]
-    if isinstance(values, str) and (values.startswith(("{", "[")) or values == "null"):
-        return parse_yaml(values, f"--{option[1:].replace('_', '-')} {values}")
-    return values
+        return {name: given(value) for name, value in values.items()}
+    if isinstance(values, list) and len(values) == 1 and isinstance(values[0], list):
+        return values[0]  # given as one YAML list
+    return None if values == "null" else values
 
 
 if TYPE_CHECKING:

@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     ValidationError,
     field_validator,
@@ -16,7 +14,7 @@ from pydantic import (
 )
 
 from plancurate import native
-from plancurate.bounds import Seed
+from plancurate.bounds import Seed, Settings
 from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import source_names
@@ -34,12 +32,15 @@ POLICIES = ("BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN")
 Choice = Annotated[SelectorChoice, BeforeValidator(SelectorChoice.read)]
 
 
-class StudyConfig(BaseModel):
+class StudyConfig(Settings):
     """A whole study: candidates, selections, policies, tests. Every stage reads its part."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    name: str = Field("quick", pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", description="Name of the study.")
+    name: str = Field(
+        "quick",
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$",
+        max_length=100,  # a folder of the lake
+        description="Name of the study.",
+    )
     robot: str = Field("h2017", description="A registered robot, or a folder with robot.yaml and a URDF.")
     scenes: tuple[str, ...] = Field(
         ("free",), min_length=1, description="Registered scenes, or YAML files; one table goes across them."
@@ -135,7 +136,9 @@ class StudyConfig(BaseModel):
         try:
             return GenerateSettings.model_validate(values)
         except ValidationError as error:
-            raise PlancurateError(first_problem(f"pools.{label}", error)) from None
+            raise PlancurateError(
+                first_problem(f"pools.{label}.{field_of(error)}", error, GenerateSettings)
+            ) from None
 
 
 def known(kind: str, names: tuple[str, ...], valid: list[str]) -> tuple[str, ...]:
@@ -166,7 +169,7 @@ def load_config(preset: str, file: Path | None, options: dict[str, Any]) -> Stud
     except ValidationError as error:
         field = field_of(error)
         source = f"--{field.replace('_', '-')}" if holds(options, field) else f"{file or preset}: {field}"
-        raise PlancurateError(first_problem(source, error)) from None
+        raise PlancurateError(first_problem(source, error, StudyConfig)) from None
 
 
 def holds(values: dict[str, Any], field: str) -> bool:

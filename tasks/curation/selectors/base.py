@@ -124,7 +124,9 @@ class Selector:
             return self.settings.model_validate(dict(parameters))
         except ValidationError as error:
             valid = ", ".join(self.settings.model_fields) or "none"
-            problem = first_problem(f"selector {self.name}: parameter {field_of(error)}", error)
+            problem = first_problem(
+                f"selector {self.name}: parameter {field_of(error)}", error, self.settings
+            )
             raise PlancurateError(f"{problem} (parameters: {valid})") from None
 
 

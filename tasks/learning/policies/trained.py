@@ -111,7 +111,7 @@ def load_policy(folder: Path) -> TrainedPolicy:
         description = Description.model_validate_json((folder / DESCRIPTION_FILE).read_text())
     except ValidationError as error:
         raise PlancurateError(
-            first_problem(f"{folder / DESCRIPTION_FILE}: {field_of(error)}", error)
+            first_problem(f"{folder / DESCRIPTION_FILE}: {field_of(error)}", error, Description)
         ) from None
     try:
         tensors = load_file(folder / WEIGHTS_FILE)
