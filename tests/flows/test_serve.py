@@ -20,8 +20,8 @@ from prefect.settings import temporary_settings
 
 from plancurate.flows.server.serve import deploy, main
 from plancurate.flows.server.services import healthy
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.lake.store import Lake
 
 ROOT = Path(__file__).parents[2]
 FINAL = {"COMPLETED", "FAILED", "CRASHED", "CANCELLED"}

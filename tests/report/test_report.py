@@ -15,8 +15,8 @@ from typing import Any
 import pyarrow as pa
 import pytest
 
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.schema import table
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.report import Report, build_report, markdown, write_report
 from plancurate.tasks.report.agreement import agreement_rows
 from plancurate.tasks.report.commands import literal

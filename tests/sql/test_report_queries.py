@@ -8,8 +8,8 @@ from typing import Any
 import pyarrow as pa
 import pytest
 
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.schema import table
+from plancurate.tasks.lake.store import Lake
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 STUDY = "tiny-abc"

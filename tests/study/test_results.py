@@ -8,8 +8,8 @@ import pyarrow as pa
 import pytest
 
 from plancurate.errors import UnknownNameError
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.schema import table
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.results import REPORT_FIELDS, find_study, result_rows, summary_rows
 from plancurate.tasks.study.statistics import two_proportion_test, wilson_interval
 
