@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from plancurate.robots.robot_file import Finite, Positive
+from plancurate.bounds import Finite, Positive
 from plancurate.robots.scene import Region
 from plancurate.robots.shapes import FloatArray, Shape, transform
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,6 +16,10 @@ from plancurate.tasks.candidates.bullet import bullet
 from plancurate.tasks.candidates.simulation import World
 from plancurate.tasks.lake.schema import table
 from plancurate.tasks.lake.store import Lake
+
+from .homes import new_home, tables
+
+__all__ = ["new_home", "tables"]
 
 
 class Judge:
@@ -247,10 +252,10 @@ def failed(target_id: int, planner: str, run: int) -> dict[str, object]:
     return trajectory(target_id, planner, run, **nothing, **changes, n_waypoints=0, timing_method="")
 
 
-@pytest.fixture
-def small_lake(tmp_path: Path) -> Lake:
+@pytest.fixture(scope="session")
+def small_lake_once(tmp_path_factory: pytest.TempPathFactory) -> Lake:
     """A lake of three targets, two planners and three runs each; one run failed, one is not verified."""
-    lake = Lake(tmp_path / "lake")
+    lake = Lake(tmp_path_factory.mktemp("small") / "lake")
     targets = [
         {"target_id": i, **dict(zip("xyz", position, strict=True)), "goals": [position]}
         for i, position in enumerate(POSITIONS)
@@ -264,6 +269,18 @@ def small_lake(tmp_path: Path) -> Lake:
             part = pa.Table.from_pylist(rows, table("trajectories").schema)
             lake.write("trajectories", {**POOL, "planner": planner}, f"{target_id:06d}", part, {"seed": "7"})
     return lake
+
+
+@pytest.fixture
+def small_lake(small_lake_once: Lake, tmp_path: Path) -> Lake:
+    """A copy of the small lake to write into."""
+    return copied(small_lake_once, tmp_path)
+
+
+def copied(lake: Lake, folder: Path) -> Lake:
+    """A copy of a lake in a folder."""
+    shutil.copytree(lake.root, folder / "lake")
+    return Lake(folder / "lake")
 
 
 NO_SECONDS = dict.fromkeys(
@@ -298,12 +315,12 @@ class StudyMaker:
         self.lake.write("studies", {"study": study}, f"{rows[0]['run_at']:%Y%m%d}", part, {})
         return study
 
-    def plan(self, planner: str, target_id: int, **changes: object) -> None:
+    def plan(self, planner: str, target_id: int, key: str = "more", **changes: object) -> None:
         """Add a run of a planner to the pool, whichever study asked for it."""
         part = pa.Table.from_pylist(
-            [trajectory(target_id, planner, 0, **changes)], table("trajectories").schema
+            [trajectory(target_id, planner, 0) | changes], table("trajectories").schema
         )
-        self.lake.write("trajectories", {**POOL, "planner": planner}, f"{target_id:06d}-more", part, {})
+        self.lake.write("trajectories", {**POOL, "planner": planner}, f"{target_id:06d}-{key}", part, {})
 
     def test(
         self,

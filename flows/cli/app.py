@@ -29,21 +29,18 @@ COMMANDS = {
     "Run a study": [
         "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:evaluate", "stages:compact",
     ],
-    "See what came out": ["queries:report", "compare:compare", "queries:sql", "server.serve:serve"],
+    "See what came out": ["queries:report", "compare:compare", "queries:sql", "serve:serve"],
     "See what there is": [
         "fields:fields", "registered:robots", "registered:planners", "registered:selectors", "registered:policies",
         "doctor:doctor",
     ],
 }  # fmt: skip
-FLOWS = Path(__file__).parents[1]
 
 
 @cache
 def functions(module: str) -> dict[str, str]:
     """Docstrings of a module's functions by name, read without importing it: that would take seconds."""
-    tree = ast.parse(
-        Path(__file__).parents[1].joinpath(*module.split(".")).with_suffix(".py").read_text(encoding="utf-8")
-    )
+    tree = ast.parse(Path(__file__).with_name(f"{module}.py").read_text(encoding="utf-8"))
     return {
         node.name: ast.get_docstring(node) or "" for node in tree.body if isinstance(node, ast.FunctionDef)
     }
@@ -60,9 +57,8 @@ def build() -> App:
     for title, commands in COMMANDS.items():
         group = Group(title, sort_key=next(place))
         for command in commands:
-            path = command if "." in command else f"cli.{command}"
-            module, _, name = path.partition(":")
-            path, help = f"plancurate.flows.{path}", functions(module)[name]
+            module, _, name = command.partition(":")
+            path, help = f"{__package__}.{command}", functions(module)[name]
             app.command(path, name=name, help=help, group=group, sort_key=next(place))
     return app
 

@@ -59,6 +59,6 @@ def run(name: str, options: StudyOptions) -> StudyContext:
     console.print(f"[bold]{name} {study.study}[/]  [dim]{home.root}[/]", highlight=False)
     with ExitStack() as stack:
         with console.status("starting Prefect's server"):
-            stack.enter_context(prefect_server(home, preload=(module,)))
+            stack.enter_context(prefect_server(home, meanwhile=lambda: import_module(module)))
         getattr(import_module(module), name)(config, str(home.root))
     return study

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import fcntl
-import importlib
 import os
 import signal
 import subprocess
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, Any
 
@@ -38,12 +37,12 @@ SERVER_DEFAULTS = {
 
 
 @contextmanager
-def own_server(home: Home, port: int, preload: Sequence[str]) -> Iterator[str]:
-    """API URL of the home's server while it is used; `port` and `preload` are those of `prefect_server`."""
+def own_server(home: Home, port: int, meanwhile: Callable[[], object]) -> Iterator[str]:
+    """API URL of the home's server while it is used; the arguments are those of `prefect_server`."""
     home.prefect.mkdir(parents=True, exist_ok=True)
     with users_lock(home) as users:
         try:
-            yield _join_or_start(home, port, preload)
+            yield _join_or_start(home, port, meanwhile)
         finally:
             _leave(home, users)
 
@@ -54,13 +53,12 @@ def serving(home: Home) -> tuple[int, str] | None:
     return None if note is None else (note.get("pid", 0), note.get("url", ""))
 
 
-def _join_or_start(home: Home, port: int, preload: Sequence[str]) -> str:
+def _join_or_start(home: Home, port: int, meanwhile: Callable[[], object]) -> str:
     """API URL of the home's server, once it answers."""
     with (home.prefect / "start.lock").open("a") as start:
         lock(start, fcntl.LOCK_EX, START_TIMEOUT_S)
         process = None if serving(home) else _spawn_server(home, port)
-        for module in preload:
-            importlib.import_module(module)
+        meanwhile()
         deadline = time.monotonic() + START_TIMEOUT_S
         while time.monotonic() < deadline:
             _, url = serving(home) or (0, "")

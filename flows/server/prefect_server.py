@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -27,19 +27,22 @@ CLIENT_DEFAULTS = {
 
 
 @contextmanager
-def prefect_server(home: Home, port: int = 0, preload: Sequence[str] = ()) -> Iterator[str]:
+def prefect_server(
+    home: Home, port: int = 0, meanwhile: Callable[[], object] = lambda: None
+) -> Iterator[str]:
     """Prefect's API URL, set for this process and its children while the context lasts.
 
     A configured `PREFECT_API_URL` (environment or profile) is used as it is. Otherwise the home's own server
-    is joined or started on `port` (0: any free one). `preload` names modules to import while it starts.
+    is joined or started on `port` (0: any free one); `meanwhile` is called while it starts.
     Raises PlancurateError where the configured API does not answer or the server does not start.
     """
     with _environment(CLIENT_DEFAULTS):
         if configured := configured_url():
             check_reachable(configured)
+            meanwhile()
             yield configured
             return
-        with own_server(home, port, preload) as url, _environment(_client_settings(home, url)):
+        with own_server(home, port, meanwhile) as url, _environment(_client_settings(home, url)):
             from prefect.settings import temporary_settings
 
             from plancurate.flows.server.recorded import everything_recorded

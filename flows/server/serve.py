@@ -1,22 +1,16 @@
-"""`plancurate serve`: Prefect's server, MLflow's pages and a worker with every deployment, until Ctrl-C."""
+"""The services of `plancurate serve`: Prefect's server, MLflow's pages and a worker with every deployment."""
 
 from __future__ import annotations
 
-import fcntl
+import importlib
 import os
-import signal
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
-from typing import IO
 
 from plancurate.errors import PlancurateError
-from plancurate.flows.cli.console import console
-from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.server.deployments import POOL, deploy
-from plancurate.flows.server.locks import read_note, try_lock, write_note
 from plancurate.flows.server.own_server import serving
 from plancurate.flows.server.prefect_server import prefect_server
 from plancurate.flows.server.services import HOST, free_port, healthy, last_line, spawn, stop
@@ -24,7 +18,6 @@ from plancurate.tasks.lake.home import Home
 
 PREFECT_PORT = 4200
 MLFLOW_PORT = 5000
-MLFLOW_PAGE = "#/experiments?workflowType=machine_learning"
 START_TIMEOUT_S = 120.0
 
 # Who looks at Prefect's pages wants its event feed and automations; a run's own server does without.
@@ -42,49 +35,28 @@ Services = dict[Path, Callable[[], bool]]
 """Log files of services, each with a function that says whether its service is running."""
 
 
-def serve(options: HomeOptions = HomeOptions()) -> None:
-    """Show Prefect's and MLflow's pages and run what is started or scheduled there, until Ctrl-C."""
-    home = options.folder()
-    home.prefect.mkdir(parents=True, exist_ok=True)
-    path = home.prefect / "serve.lock"
-    with path.open("a+") as file:
-        while not try_lock(file, fcntl.LOCK_EX):
-            if (note := read_note(path)) is not None:
-                console.print(_running(home, note), soft_wrap=True, highlight=False)
-                return
-        write_note(file, {})
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, _interrupt)
-        try:
-            _serve(home, file)
-        except KeyboardInterrupt:
-            console.print("stopped")
+@contextmanager
+def services(home: Home) -> Iterator[tuple[dict[str, str], Services]]:
+    """Addresses of the pages (`prefect`, `mlflow`) and the services behind them, once all of them answer.
 
-
-def _interrupt(_signal: int, _frame: FrameType | None) -> None:
-    for number in (signal.SIGINT, signal.SIGTERM):  # a second Ctrl-C must not stop the stopping
-        signal.signal(number, signal.SIG_IGN)
-    raise KeyboardInterrupt
-
-
-def _serve(home: Home, note: IO[str]) -> None:
-    """Run the services and say so in the locked file; PlancurateError when one of them ends."""
+    Raises PlancurateError where one of them does not start.
+    """
     os.environ.update(SERVER_ENVIRONMENT | os.environ)
     with (
-        console.status("starting") as status,
-        prefect_server(home, PREFECT_PORT, preload=["mlflow"]) as api,
+        prefect_server(home, PREFECT_PORT, meanwhile=lambda: importlib.import_module("mlflow")) as api,
         _mlflow(home) as (mlflow_url, mlflow),
         _worker(home) as worker,
     ):
-        services = {**_own_server(home, api), **mlflow, **worker}
-        _wait_for(mlflow_url, services)
-        pages = {"prefect": api.removesuffix("/api"), "mlflow": mlflow_url}
-        write_note(note, pages)
-        status.stop()
-        console.print(_overview(home, **pages), soft_wrap=True, highlight=False)
-        while True:
-            _check(services)
-            time.sleep(0.5)
+        running = {**_own_server(home, api), **mlflow, **worker}
+        _wait_for(mlflow_url, running)
+        yield {"prefect": api.removesuffix("/api"), "mlflow": mlflow_url}, running
+
+
+def watch(running: Services) -> None:
+    """Return never; PlancurateError when one of the services ends."""
+    while True:
+        _check(running)
+        time.sleep(0.5)
 
 
 def _own_server(home: Home, api: str) -> Services:
@@ -130,33 +102,16 @@ def _service(log: Path, module: Sequence[str], variables: Mapping[str, str]) -> 
         stop(process)
 
 
-def _wait_for(url: str, services: Services) -> None:
+def _wait_for(url: str, running: Services) -> None:
     deadline = time.monotonic() + START_TIMEOUT_S
     while not healthy(url):
-        _check(services)
+        _check(running)
         if time.monotonic() > deadline:
             raise PlancurateError(f"{url}: no answer after {START_TIMEOUT_S:.0f} s")
         time.sleep(0.1)
 
 
-def _check(services: Services) -> None:
-    for log, is_running in services.items():
+def _check(running: Services) -> None:
+    for log, is_running in running.items():
         if not is_running():
             raise PlancurateError(f"{log}: this service ended by itself; its last words: {last_line(log)}")
-
-
-def _running(home: Home, note: Mapping[str, str]) -> str:
-    """Who serves the home already."""
-    pages = f"Prefect {note['prefect']}, MLflow {note['mlflow']}" if "mlflow" in note else "just starting"
-    return f"{home.root} is served already by process {note.get('pid', 'unknown')}: {pages}"
-
-
-def _overview(home: Home, prefect: str, mlflow: str) -> str:
-    return "\n".join(
-        (
-            f"[bold]Prefect[/]  {prefect}  [dim]runs, schedules; start one under Deployments[/]",
-            f"[bold]MLflow[/]   {mlflow}/{MLFLOW_PAGE}  [dim]studies, their runs and models[/]",
-            f"[bold]Home[/]     {home.root}  [dim]lake, databases, log files in prefect/[/]",
-            "Ctrl-C stops everything",
-        )
-    )

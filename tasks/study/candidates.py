@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from plancurate.tasks.candidates.generate import generate_candidates
+from plancurate.tasks.candidates.goals import planning_scene
 from plancurate.tasks.candidates.postprocess_pool import Setting, shared_postprocess
 from plancurate.tasks.candidates.sources import find_source
 from plancurate.tasks.candidates.target_table import stored_targets, target_rows, targets_key
@@ -39,7 +40,8 @@ def study_targets(study: StudyContext, pool: PoolContext) -> list[Target]:
     """Return a pool's targets from the lake, drawing and storing those that are not there yet."""
     known, count = stored_targets(study.lake, pool.partition), study.config.n_targets
     if len(known) < count:
-        new = sample_targets(pool.robot, pool.scene, pool.settings.targets, len(known), count - len(known))
+        scene = planning_scene(pool.scene, pool.settings.plan)
+        new = sample_targets(pool.robot, scene, pool.settings.targets, len(known), count - len(known))
         study.lake.write("targets", pool.partition, targets_key(new), target_rows(new), pool.metadata)
         known += new
     return known[:count]

@@ -61,6 +61,11 @@ def probability(p: float) -> str:
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
+def p_value(p: float) -> str:
+    """A p value in a sentence."""
+    return "p < 0.001" if p < 0.001 else f"p = {probability(p)}"
+
+
 def mean(value: Mean) -> str:
     """A mean, its interval and the stars of the publication's test."""
     spread = ""

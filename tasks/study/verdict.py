@@ -78,7 +78,7 @@ def sure(first: SummaryRow, general: SummaryRow | None) -> str:
     chance = "more than chance" if first.gain.holm_p < SURE else "it may be chance"
     return (
         f"General, which keeps every candidate, reaches {text.percent(general.success_rate)} %: {gain}, "
-        f"p = {text.probability(first.gain.holm_p)}, {chance}. {covered}"
+        f"{text.p_value(first.gain.holm_p)}, {chance}. {covered}"
     )
 
 

@@ -19,6 +19,8 @@ from plancurate.flows.server.prefect_server import prefect_server
 from plancurate.flows.server.services import healthy
 from plancurate.tasks.lake.home import Home
 
+from ..homes import NewHome
+
 SHORT = """
 import sys
 from plancurate.tasks.lake.home import Home
@@ -61,9 +63,9 @@ def unconfigured(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def home(tmp_path_factory: pytest.TempPathFactory) -> Home:
-    """One home for all tests: making Prefect's tables takes longer than everything else."""
-    return Home(tmp_path_factory.mktemp("home"))
+def home(new_home: NewHome, tmp_path_factory: pytest.TempPathFactory) -> Home:
+    """One home for all tests."""
+    return Home(new_home(tmp_path_factory.mktemp("home")))
 
 
 @pytest.fixture

@@ -89,8 +89,8 @@ def test_a_start_tool_brings_the_tool_there_pointing_along_the_axis(name, folder
         ("start: [0, 1.5, 2.2, 0, 0, 0]", r"start: collides \(.*ground"),
         ("start_tool: [9, 0, 0]", r"start_tool: robot h2017 can't bring its tool to \[9\.0, 0\.0, 0\.0\] m"),
         ("tool_axis: [0, 0, 0]", "has no direction"),
-        ("regions: {r: {min: [0, 0, 0], max: [1, 0, 1]}}", "regions.r: .*min must be below"),
-        ("scale: feet", "scale: .*'metres' or 'reach'"),
+        ("regions: {r: {min: [0, 0, 0], max: [1, 0, 1]}}", r"regions\.r = .*min must be below"),
+        ("scale: feet", "scale = .*'metres' or 'reach'"),
     ],
 )
 def test_what_a_scene_can_t_mean_is_an_error_that_names_the_field(text, message, tmp_path):

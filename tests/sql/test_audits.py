@@ -16,14 +16,23 @@ from plancurate.tasks.lake.audits import failed_audits
 from plancurate.tasks.lake.manifest import list_files
 from plancurate.tasks.lake.store import Lake
 
+from ..conftest import copied
+
 POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 
 
-@pytest.fixture
-def curated(small_lake: Lake) -> Lake:
+@pytest.fixture(scope="module")
+def curated_once(small_lake_once: Lake, tmp_path_factory: pytest.TempPathFactory) -> Lake:
     """The small lake with two selections."""
-    record_selections(small_lake, "one-1")
-    return small_lake
+    lake = copied(small_lake_once, tmp_path_factory.mktemp("curated"))
+    record_selections(lake, "one-1")
+    return lake
+
+
+@pytest.fixture
+def curated(curated_once: Lake, tmp_path: Path) -> Lake:
+    """A copy of the curated lake to write into."""
+    return copied(curated_once, tmp_path)
 
 
 def record_selections(lake: Lake, study: str) -> None:

@@ -6,15 +6,13 @@ point of the group `plancurate.sources`. Nothing heavy is imported here: names a
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Protocol
 
 from plancurate.errors import UnknownNameError
+from plancurate.registry import discover
 
 if TYPE_CHECKING:
     from plancurate.robots.robot import Robot
@@ -115,11 +113,7 @@ def source_names() -> list[str]:
 
 @cache
 def _discover() -> None:
-    package = importlib.import_module(__package__)
-    for module in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
-        importlib.import_module(module.name)
-    for entry in sorted(entry_points(group=ENTRY_POINTS), key=lambda entry: entry.name):
-        entry.load()
+    discover("plancurate.tasks.candidates.sources", ENTRY_POINTS)
 
 
 def _module(source: Source) -> str:

@@ -52,8 +52,11 @@ class Policy(BaseModel, ABC):
     ) -> tuple[Tensor, Tensor | None]:
         """Actions (S, b, n) for observations (S, b, o), and what to remember; memory None starts afresh."""
 
-    def masks(self, steps: int, rng: torch.Generator) -> Tensor | None:
-        """Draw one network's masks (steps, batch, ...) for that many gradient steps, if it uses any."""
+    def masks(self, steps: int, observed: int, rng: torch.Generator) -> Tensor | None:
+        """Draw one network's masks (steps, batch, ...) for that many gradient steps, if it uses any.
+
+        `observed` numbers go into the network.
+        """
         return None
 
     def diagnostics(self, weights: Weights, observations: Tensor) -> dict[str, Tensor]:
