@@ -14,8 +14,8 @@ import pytest
 
 from plancurate import sql
 from plancurate.flows.server.prefect_server import prefect_server
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import open_study
 from plancurate.tasks.study.exclusive import exclusive
