@@ -28,7 +28,7 @@ bench: setup
 	@for program in benchmarks/*.py; do $(BIN)/python $$program || exit 1; done
 
 serve: setup
-	@$(BIN)/python -m plancurate.flows.server.server.serve
+	@$(BIN)/plancurate serve
 
 setup: $(VENV)/installed
 setup-test: $(VENV)/installed-test

@@ -14,6 +14,7 @@ from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import is_transient, run_all, task_runner
 from plancurate.tasks.candidates.postprocess_pool import shared_pool
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study import text
 from plancurate.tasks.study.candidates import (
     Part,
     Planned,
@@ -23,7 +24,9 @@ from plancurate.tasks.study.candidates import (
     study_targets,
 )
 from plancurate.tasks.study.config import StudyConfig
-from plancurate.tasks.study.context import PoolContext, StudyContext, StudyRef, open_study, reference
+from plancurate.tasks.study.context import StudyContext, StudyRef, open_study, reference
+from plancurate.tasks.study.pools import study_pools
+from plancurate.tasks.study.records import record_study
 
 
 @flow(name="generate", flow_run_name="generate {config.name}")
@@ -42,12 +45,10 @@ def generate(config: StudyConfig, home: str | None = None) -> None:
         plan_all(study, parts)
     if parts := missing_candidates(study):
         raise IncompleteError(f"{len(parts)} parts are not in the lake, the first {parts[0]}")
-    for pool in study.pools:
-        say_how_many_differ(study, pool)
-        planners = study.lake.query("results/planners", **pool.partition).to_pylist()
-        table_artifact(
-            "planners", planners, f"What each planner solved in {pool.title}, and how long it took."
-        )
+    record_study(study)
+    say_how_many_differ(study)
+    planners = study.lake.query("results/planners", study=study.study).to_pylist()
+    table_artifact("planners", planners, "What each planner solved, and how long it took.")
 
 
 @task(task_run_name="sample targets", cache_policy=NO_CACHE, persist_result=False)
@@ -81,16 +82,12 @@ def plan_all(study: StudyContext, parts: list[Part]) -> None:
         )
 
 
-def say_how_many_differ(study: StudyContext, pool: PoolContext) -> None:
+def say_how_many_differ(study: StudyContext) -> None:
     """Print how many candidates are distinct: curation can only choose among those."""
-    counts = study.lake.query("results/equal_candidates", **pool.partition).to_pylist()
-    distinct, candidates = (
-        sum(row[name] for row in counts) for name in ("distinct_candidates", "candidates")
-    )
-    if distinct < candidates:
-        console.print(
-            f"  {pool.title}: {candidates} solved and verified, {distinct} of them distinct", style="dim"
-        )
+    for pool in study_pools(study.lake, study.study):
+        if pool.distinct < pool.candidates:
+            counts = f"{pool.candidates} solved and verified, {pool.distinct} of them distinct"
+            console.print(f"  {text.group(pool)}: {counts}", style="dim")
 
 
 # No tags: for a tagged task run Prefect asks its server for a concurrency slot, a tenth of the run's own work.

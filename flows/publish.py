@@ -17,7 +17,7 @@ from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyRef, open_study, reference
 from plancurate.tasks.study.mlflow_runs import log_networks, open_parent_run
 from plancurate.tasks.study.networks import Network, groups, titles, wanted_networks
-from plancurate.tasks.study.results import result_rows, summary_rows
+from plancurate.tasks.study.results import study_results
 from plancurate.tasks.study.selections import study_selections
 from plancurate.tasks.study.tracking import StudyRun, finish_study, log_report
 
@@ -32,11 +32,10 @@ def publish(config: StudyConfig, home: str | None = None) -> None:
         together = groups(networks)
         calls = ((ref, run, *call) for call in zip(together, titles(together), strict=True))
         run_all(track, calls, in_flight=1, ended=bar.advance)
-    table = write_tables(ref)
+    table, best = write_tables(ref)
     log_report(run, study.home.reports / study.study)
     write_catalog(study.lake.root)
-    best = summary_rows(study.lake, study.study)[0]
-    finish_study(run, table, {"best_success_rate": best.success_rate, "networks": float(len(networks))})
+    finish_study(run, table, {"best_success_rate": best, "networks": float(len(networks))})
 
 
 @task(task_run_name="track {title}", cache_policy=NO_CACHE, persist_result=False)
@@ -47,13 +46,15 @@ def track(study: StudyRef, run: StudyRun, networks: tuple[Network, ...], title: 
 
 
 @task(task_run_name="write tables", cache_policy=NO_CACHE, persist_result=False)
-def write_tables(study: StudyRef) -> str:
-    """Write the report to the reports folder and its tables to Prefect; return the matrix as Markdown."""
+def write_tables(study: StudyRef) -> tuple[str, float]:
+    """Write the report to the reports folder and Prefect; return verdict and matrix as Markdown, and the best rate."""
     opened = study.open()
-    report = build_report(opened.lake, opened.study)
+    results = study_results(opened.lake, opened.study)
+    report = build_report(results)
     write_report(report, opened.home.reports / opened.study)
     description = f"Report of study {opened.study}"
     create_markdown_artifact(markdown(report, figures=False), key="results", description=description)
     create_markdown_artifact(figures_markdown(report), key="figures", description=description)
-    rows, summaries = result_rows(opened.lake, opened.study), summary_rows(opened.lake, opened.study)
-    return f"# {opened.config.name}: success in percent\n\n{matrix_markdown(rows, summaries)}"
+    verdict = "\n".join(f"- {sentence}" for sentence in report.verdict)
+    table = f"# {opened.config.name}: success in percent\n\n{verdict}\n\n{matrix_markdown(results.headline)}"
+    return table, results.headline.summaries[0].success_rate

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable, Iterable
 from queue import SimpleQueue
 from typing import Any
@@ -75,6 +76,10 @@ def run_all(
 def _results(name: str, futures: list[PrefectFuture[Any]]) -> list[Any]:
     results = [future.result(raise_on_failure=False) for future in futures]
     errors = [result for result in results if isinstance(result, BaseException)]
+    for (
+        error
+    ) in errors:  # Prefect's threads keep each to the end of the process, with all that its frames hold
+        traceback.clear_frames(error.__traceback__)
     for error in errors:
         if isinstance(error, PlancurateError):
             raise error

@@ -21,4 +21,4 @@ def read_yaml(file: Path, model: type[Model]) -> Model:
     try:
         return model.model_validate(yaml_files.read_yaml(file))
     except ValidationError as error:
-        raise PlancurateError(first_problem(f"{file}: {field_of(error)}", error)) from None
+        raise PlancurateError(first_problem(f"{file}: {field_of(error)}", error, model)) from None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,10 @@ from plancurate.tasks.candidates.bullet import bullet
 from plancurate.tasks.candidates.simulation import World
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.schema import table
+
+from .homes import new_home, tables
+
+__all__ = ["new_home", "tables"]
 
 
 class Judge:
@@ -246,10 +252,10 @@ def failed(target_id: int, planner: str, run: int) -> dict[str, object]:
     return trajectory(target_id, planner, run, **nothing, **changes, n_waypoints=0, timing_method="")
 
 
-@pytest.fixture
-def small_lake(tmp_path: Path) -> Lake:
+@pytest.fixture(scope="session")
+def small_lake_once(tmp_path_factory: pytest.TempPathFactory) -> Lake:
     """A lake of three targets, two planners and three runs each; one run failed, one is not verified."""
-    lake = Lake(tmp_path / "lake")
+    lake = Lake(tmp_path_factory.mktemp("small") / "lake")
     targets = [
         {"target_id": i, **dict(zip("xyz", position, strict=True)), "goals": [position]}
         for i, position in enumerate(POSITIONS)
@@ -263,3 +269,120 @@ def small_lake(tmp_path: Path) -> Lake:
             part = pa.Table.from_pylist(rows, table("trajectories").schema)
             lake.write("trajectories", {**POOL, "planner": planner}, f"{target_id:06d}", part, {"seed": "7"})
     return lake
+
+
+@pytest.fixture
+def small_lake(small_lake_once: Lake, tmp_path: Path) -> Lake:
+    """A copy of the small lake to write into."""
+    return copied(small_lake_once, tmp_path)
+
+
+def copied(lake: Lake, folder: Path) -> Lake:
+    """A copy of a lake in a folder."""
+    shutil.copytree(lake.root, folder / "lake")
+    return Lake(folder / "lake")
+
+
+NO_SECONDS = dict.fromkeys(
+    ("prepare_s", "base_policy_s", "rollouts_s", "cluster_s", "score_s", "select_s", "selection_time_s"), 0.0
+)
+
+
+class StudyMaker:
+    """Writes made-up studies into a lake: one row in `studies`, selections, trials."""
+
+    def __init__(self, lake: Lake) -> None:
+        self.lake = lake
+
+    def record(
+        self,
+        name: str,
+        key: str,
+        pools: Sequence[tuple[dict[str, str], str]] = ((POOL, ""),),
+        **changes: object,
+    ) -> str:
+        """Record a study that works on these pools (partition and label); returns its identifier."""
+        study = f"{name}-{key}"
+        rows = [
+            {
+                "name": name, "study_key": key, "config": "{}", **pool, "pool_label": label,
+                "planners": ["RRT", "PRM"], "n_targets": 3, "run_at": datetime(2026, 1, 1, tzinfo=UTC),
+                "package_version": "0", "ompl_version": "1.5.2",
+            } | changes
+            for pool, label in pools
+        ]  # fmt: skip
+        part = pa.Table.from_pylist(rows, table("studies").schema)
+        self.lake.write("studies", {"study": study}, f"{rows[0]['run_at']:%Y%m%d}", part, {})
+        return study
+
+    def plan(self, planner: str, target_id: int, key: str = "more", **changes: object) -> None:
+        """Add a run of a planner to the pool, whichever study asked for it."""
+        part = pa.Table.from_pylist(
+            [trajectory(target_id, planner, 0) | changes], table("trajectories").schema
+        )
+        self.lake.write("trajectories", {**POOL, "planner": planner}, f"{target_id:06d}-{key}", part, {})
+
+    def test(
+        self,
+        study: str,
+        selector: str,
+        budget: int | None,
+        policy: str,
+        outcomes: str,
+        *,
+        seed: int = 0,
+        selection_seed: int = 0,
+        kind: str = "displaced",
+        pool: Mapping[str, str] = POOL,
+        **changes: object,
+    ) -> None:
+        """Record a network's trials, one a letter and cm from its target: S settled, R reached, C collided, . lost."""
+        selection_id = f"{selector}-{budget}-{selection_seed}"
+        key = f"{selector}-{budget}-{policy}-{seed}-{selection_seed}-{kind}"
+        rows = [
+            {
+                "evaluation_id": key, "selection_id": selection_id, "selector": selector, "budget": budget,
+                "selection_seed": selection_seed, "policy": policy, "seed": seed, "n_kept": 4,
+                "selection_time_s": 0.5, "train_s": 1.5, "test_id": number, "kind": kind,
+                "target_id": 0 if kind == "displaced" else None,
+                "distance_cm": number if kind == "displaced" else None, "x": 0.0, "y": 0.0, "z": 0.0,
+                "success": outcome in "SR", "settled": outcome == "S", "reached": outcome in "SRC",
+                "collided": outcome == "C", "out_of_limits": False, "steps": 10,
+                "final_distance": 0.01 * number, "settled_distance": 0.02 * number, "path_length": 1.0,
+                "joint_movement": 2.0 + number,
+            } | changes
+            for number, outcome in enumerate(outcomes)
+        ]  # fmt: skip
+        part = pa.Table.from_pylist(rows, table("evaluations").schema)
+        self.lake.write("evaluations", {**pool, "study": study}, key, part, {})
+
+    def select(
+        self,
+        study: str,
+        selector: str,
+        budget: int | None,
+        kept: Sequence[tuple[int, str, int]],
+        *,
+        seed: int = 0,
+        pool: Mapping[str, str] = POOL,
+        **changes: object,
+    ) -> None:
+        """Record a selection of the first runs of (target, planner), each with its goal configuration."""
+        selection_id = f"{selector}-{budget}-{seed}"
+        rows = [
+            {
+                "selection_id": selection_id, "selector": selector, "seed": seed, "pool_hash": "feed",
+                "n_targets": 3, "params": "{}", "trajectory_id": f"t{target:04d}-{planner}-r0-{POOL['pool']}",
+                "target_id": target, "planner": planner, "goal_index": goal, "n_pool": 16, "budget": budget,
+                **NO_SECONDS,
+            } | changes
+            for target, planner, goal in kept
+        ]  # fmt: skip
+        part = pa.Table.from_pylist(rows, table("selections").schema)
+        self.lake.write("selections", {**pool, "study": study}, selection_id, part, {})
+
+
+@pytest.fixture
+def maker(small_lake: Lake) -> StudyMaker:
+    """Writes studies into the small lake."""
+    return StudyMaker(small_lake)

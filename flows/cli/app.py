@@ -2,47 +2,96 @@
 
 from __future__ import annotations
 
+import ast
+import errno
+import json
 import sys
 from collections.abc import Sequence
+from functools import cache
+from itertools import count
+from pathlib import Path
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Group
 
 from plancurate import __version__
 from plancurate.errors import IncompleteError, PlancurateError
 from plancurate.flows.cli.console import console
+from plancurate.yaml_files import parse_yaml
 
 USER_ERROR, INCOMPLETE, INTERRUPTED = 2, 1, 130
+# What a disk refuses, a user can mend.
+REFUSALS = {
+    errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST,
+    errno.ENAMETOOLONG,
+}  # fmt: skip
+# Panels of the help; each command's module and function, in the order in which a person meets them.
+COMMANDS = {
+    "Run a study": [
+        "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:evaluate", "stages:compact",
+    ],
+    "See what came out": ["queries:report", "compare:compare", "queries:sql", "serve:serve"],
+    "See what there is": [
+        "fields:fields", "registered:robots", "registered:planners", "registered:selectors", "registered:policies",
+        "doctor:doctor",
+    ],
+}  # fmt: skip
 
-app = App(
-    name="plancurate",
-    version=__version__,
-    help="Turn motion planners into imitation-learning data and see which of it is worth training on.",
-)
-for _name in ("study", "generate", "curate", "train", "evaluate", "compact"):
-    app.command(f"plancurate.flows.cli.stages:{_name}", name=_name)
-for _name in ("report", "sql"):
-    app.command(f"plancurate.flows.cli.queries:{_name}", name=_name)
-for _name in ("robots", "planners", "selectors", "policies"):
-    app.command(f"plancurate.flows.cli.registered:{_name}", name=_name)
-app.command("plancurate.flows.cli.compare:compare", name="compare")
-app.command("plancurate.flows.cli.doctor:doctor", name="doctor")
+
+@cache
+def functions(module: str) -> dict[str, str]:
+    """Docstrings of a module's functions by name, read without importing it: that would take seconds."""
+    tree = ast.parse(Path(__file__).with_name(f"{module}.py").read_text(encoding="utf-8"))
+    return {
+        node.name: ast.get_docstring(node) or "" for node in tree.body if isinstance(node, ast.FunctionDef)
+    }
+
+
+def build() -> App:
+    """Return the command line, with every command described and none imported."""
+    app = App(
+        name="plancurate",
+        version=__version__,
+        help="Turn motion planners into imitation-learning data and see which of it is worth training on.",
+    )
+    place = count()
+    for title, commands in COMMANDS.items():
+        group = Group(title, sort_key=next(place))
+        for command in commands:
+            module, _, name = command.partition(":")
+            path, help = f"{__package__}.{command}", functions(module)[name]
+            app.command(path, name=name, help=help, group=group, sort_key=next(place))
+    return app
+
+
+app = build()
 
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Run the command line; a user's mistake ends it with one line and exit code 2."""
     try:
-        app(argv, exit_on_error=False, print_error=False, console=console)
+        words = [as_json(word) for word in (sys.argv[1:] if argv is None else argv)]
+        app(words, exit_on_error=False, print_error=False, console=console)
     except (CycloptsError, PlancurateError) as error:
         stop(str(error), USER_ERROR)
+    except OSError as error:
+        if error.errno not in REFUSALS or error.filename is None:
+            raise
+        stop(f"{error.filename}: {error.strerror}; another file or folder is needed", USER_ERROR)
     except IncompleteError as error:
         stop(str(error), INCOMPLETE)
     except KeyboardInterrupt:
         stop("stopped; the same command goes on from here", INTERRUPTED)
 
 
+def as_json(word: str) -> str:
+    """Return a word that begins like a YAML mapping or list as JSON, which cyclopts reads, others as they are."""
+    return json.dumps(parse_yaml(word, word), default=str) if word.startswith(("{", "[")) else word
+
+
 def stop(message: str, code: int) -> None:
     """Say why in one line and exit."""
-    console.print(f"[red]plancurate:[/] {' '.join(message.split())}", soft_wrap=True, highlight=False)
+    text = " ".join(message.split()).replace("[", "\\[")
+    console.print(f"[red]plancurate:[/] {text}", soft_wrap=True, highlight=False)
     sys.exit(code)
 
 

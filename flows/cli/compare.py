@@ -11,21 +11,22 @@ from rich.table import Table
 from plancurate.flows.cli.console import output
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.cli.queries import write
-from plancurate.flows.cli.tables import as_markdown, percent
+from plancurate.flows.cli.tables import as_markdown
 from plancurate.tasks.curation.selectors.selection import label
 from plancurate.tasks.lake import Lake
-from plancurate.tasks.report import text
+from plancurate.tasks.study import text
 from plancurate.tasks.study.comparison import (
     FieldDifference,
     RateDifference,
     StudyComparison,
     compare_studies,
 )
-from plancurate.tasks.study.statistics import Interval
+from plancurate.tasks.study.studies import find_study
+from plancurate.tasks.study.trial_results import Kind
 
 NOTE = (
-    "Success in percent over training seeds and the policies that both tried ({policies}) [95 % interval]; "
-    "difference: B - A in percentage points; stars: B differs from A with p below 0.05 (*), 0.01 (**), "
+    "Success in percent over seeds and the policies that both tried ({policies}) [95 % interval over seeds and test "
+    "targets]; difference: B - A in percentage points; stars: B differs from A with p below 0.05 (*), 0.01 (**), "
     "0.001 (***) after Holm's adjustment for all rows."
 )
 SAME_SETUP = "Both studies are set up alike."
@@ -38,11 +39,23 @@ def compare(
     /,
     *,
     format: Literal["table", "markdown", "json"] = "table",
-    kind: Literal["displaced", "unseen"] = "displaced",
+    kind: Kind = "displaced",
+    key_a: str | None = None,
+    key_b: str | None = None,
     options: HomeOptions = HomeOptions(),
 ) -> None:
-    """Put two studies side by side: what was set up differently, and which success rates differ."""
-    found = compare_studies(Lake(options.folder().lake), study_a, study_b, kind)
+    """Put two studies side by side: what was set up differently, and which success rates differ.
+
+    Args:
+        study_a: Name of a study; the one that ran last under it.
+        study_b: Name of the study to compare with it.
+        format: How to print the comparison.
+        kind: Test targets: displaced from trained ones, or unseen.
+        key_a: Key of an earlier study of the first name.
+        key_b: Key of an earlier study of the second name.
+    """
+    lake = Lake(options.folder().lake)
+    found = compare_studies(lake, find_study(lake, study_a, key_a), find_study(lake, study_b, key_b), kind)
     if format == "json":
         write(as_json(found))
     elif format == "markdown":
@@ -87,12 +100,11 @@ def as_page(found: StudyComparison) -> str:
 
 def as_json(found: StudyComparison) -> str:
     """Return a comparison as a JSON object, rates as shares of 1."""
-    values = asdict(found)
-    for row, result in zip(values["results"], found.results, strict=True):
-        row["stars"] = result.stars
-    for side in ("only_a", "only_b"):
-        values[side] = [{"selector": selector, "budget": budget} for selector, budget in values[side]]
-    return json.dumps(values, indent=1)
+    only = {
+        "only_a": [key._asdict() for key in found.only_a],
+        "only_b": [key._asdict() for key in found.only_b],
+    }
+    return json.dumps(asdict(found) | only, indent=1)
 
 
 def note(found: StudyComparison) -> str:
@@ -110,7 +122,10 @@ def setup_rows(found: StudyComparison) -> list[dict[str, str]]:
 
 def result_rows(found: StudyComparison) -> list[dict[str, str]]:
     """Success rates and their differences, in words."""
-    return [result_row(result) for result in found.results]
+    several = len({result.group for result in found.results}) > 1
+    return [
+        ({"scene": text.group(result)} if several else {}) | result_row(result) for result in found.results
+    ]
 
 
 def result_row(result: RateDifference) -> dict[str, str]:
@@ -118,17 +133,11 @@ def result_row(result: RateDifference) -> dict[str, str]:
     return {
         "selector": result.selector,
         "k": text.budget(result.budget),
-        "A": f"{percent(result.a.rate)} {interval_text(result.a_interval)}",
-        "B": f"{percent(result.b.rate)} {interval_text(result.b_interval)}",
-        "difference": f"{100 * result.difference:+.1f} {interval_text(result.interval)}",
-        "z": f"{result.z:.2f}",
+        "A": f"{text.percent(result.a.rate)} {text.whole_percents(result.a_interval)}",
+        "B": f"{text.percent(result.b.rate)} {text.whole_percents(result.b_interval)}",
+        "difference": f"{text.points(result.difference)} {text.whole_percents(result.interval)}",
         "Holm p": f"{result.p_holm:.2g} {result.stars}",
     }
-
-
-def interval_text(interval: Interval) -> str:
-    """Return an interval in whole percent."""
-    return f"[{100 * interval.low:.0f},{100 * interval.high:.0f}]"
 
 
 def field_text(field: FieldDifference) -> tuple[str, str]:
@@ -157,7 +166,7 @@ def unshared(found: StudyComparison) -> list[str]:
     """Return a line for each study that has selections of its own."""
     sides = (("A", found.only_a), ("B", found.only_b))
     return [
-        f"only in {side}: {', '.join(label(*selection) for selection in only)}"
+        f"only in {side}: {', '.join(dict.fromkeys(label(key.selector, key.budget) for key in only))}"
         for side, only in sides
         if only
     ]

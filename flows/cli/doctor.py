@@ -16,7 +16,7 @@ from plancurate.tasks.lake.checkup import checkup, looked_at
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study import tracking
 
-MODULES = ("prefect", "mlflow", "duckdb", "pyarrow", "pybullet", "toppra", "torch", "sklearn", "statsmodels")
+MODULES = ("prefect", "mlflow", "duckdb", "pyarrow", "pybullet", "toppra", "torch", "sklearn")
 FREE_GB = 2.0
 
 

@@ -12,23 +12,38 @@ from rich.table import Table
 
 from plancurate.flows.cli.console import console, output
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.flows.cli.tables import as_json, as_markdown
+from plancurate.flows.cli.tables import as_json, report_markdown
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.report import build_report, write_report
-from plancurate.tasks.study.results import result_rows
+from plancurate.tasks.study.results import study_results
+from plancurate.tasks.study.studies import find_study
+from plancurate.tasks.study.trial_results import Kind
 
 MOST_WIDE = 10_000  # characters
 
 
 def report(
-    *, study: str, format: Literal["markdown", "json"] = "markdown", options: HomeOptions = HomeOptions()
+    *,
+    study: str,
+    key: str | None = None,
+    kind: Kind | None = None,
+    format: Literal["markdown", "json"] = "markdown",
+    options: HomeOptions = HomeOptions(),
 ) -> None:
-    """Print a study's result rows, one for each selector, budget, policy and seed, and write its report."""
+    """Print the result rows of a study, one for each trained network, and write its report.
+
+    Args:
+        study: Name of the study; the one that ran last under it.
+        key: Key of an earlier study of that name, the part of its identifier after the name.
+        kind: Test targets of the printed rows; unseen where the study has some, else displaced.
+        format: How to print the rows.
+    """
     home = options.folder()
     lake = Lake(home.lake)
-    rows = result_rows(lake, study)
-    page = write_report(build_report(lake, study), home.reports / study)
-    write(as_json(rows) if format == "json" else as_markdown([row.report() for row in rows]))
+    results = study_results(lake, find_study(lake, study, key))
+    rows = results.on(kind).networks if kind else results.headline.networks
+    page = write_report(build_report(results), home.reports / results.study.study)
+    write(as_json(rows) if format == "json" else report_markdown(rows))
     console.print(f"report {page}", highlight=False, soft_wrap=True)
 
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import inspect
 
-from rich.table import Table
-
 from plancurate import native
-from plancurate.flows.cli.console import output
+from plancurate.flows.cli.console import output, table
 from plancurate.robots import load_robot, load_world, robot_names, scene_names
 from plancurate.tasks.curation.selectors.base import find_selector, selector_names
-from plancurate.tasks.learning.policies import kind_of, policy_names
 
 
 def robots() -> None:
@@ -55,6 +52,8 @@ def selectors() -> None:
 
 def policies() -> None:
     """List policies with their settings."""
+    from plancurate.tasks.learning.policies import kind_of, policy_names  # torch: no --help needs it
+
     shown = table("policy", "is", "settings")
     for name in policy_names():
         kind = kind_of(name)
@@ -69,11 +68,3 @@ def policies() -> None:
 def summary(thing: object) -> str:
     """First line of a docstring."""
     return (inspect.getdoc(thing) or "").partition("\n")[0]
-
-
-def table(*columns: str) -> Table:
-    """Make a plain table."""
-    shown = Table(box=None, pad_edge=False, header_style="bold")
-    for column in columns:
-        shown.add_column(column, overflow="fold")
-    return shown

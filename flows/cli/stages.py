@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from plancurate.flows.cli.console import console
-from plancurate.flows.cli.options import StudyOptions
+from plancurate.flows.cli.study_options import StudyOptions
 from plancurate.flows.server.prefect_server import prefect_server
-from plancurate.tasks.study.context import StudyContext, open_study
+
+if TYPE_CHECKING:
+    from plancurate.tasks.study.context import StudyContext
 
 
 def study(options: StudyOptions = StudyOptions()) -> None:
     """Plan, curate, train, evaluate and report: the whole way, from where an earlier run stopped."""
     done = run("study", options)
-    # Imported late: statsmodels would hold up the start by a second.
-    from plancurate.flows.cli.verdict import show_results
+    from plancurate.flows.cli.verdict import show_results  # only now: SciPy would hold up the start
 
     show_results(done)
 
@@ -48,12 +50,15 @@ def compact(options: StudyOptions = StudyOptions()) -> None:
 def run(name: str, options: StudyOptions) -> StudyContext:
     """Run the flow of that name on a Prefect server: the configured one, or one of our own for the time of it."""
     config, home = options.study(), options.folder()
+    from plancurate.tasks.study.context import open_study  # torch and SciPy: seconds, which no --help needs
+
     # A robot or scene that can't be loaded is said before anything is started or written.
     study = open_study(config, home)
+    home.require_writable()
     module = f"plancurate.flows.{name}"
     console.print(f"[bold]{name} {study.study}[/]  [dim]{home.root}[/]", highlight=False)
     with ExitStack() as stack:
         with console.status("starting Prefect's server"):
-            stack.enter_context(prefect_server(home, preload=(module,)))
+            stack.enter_context(prefect_server(home, meanwhile=lambda: import_module(module)))
         getattr(import_module(module), name)(config, str(home.root))
     return study

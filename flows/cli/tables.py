@@ -8,52 +8,105 @@ from typing import Any
 
 from rich.table import Table
 
-from plancurate.tasks.study.results import ResultRow, SummaryRow
+from plancurate.tasks.study import text
+from plancurate.tasks.study.rows import ALL_SCENES, PolicyRow, ResultRow, SummaryRow
+from plancurate.tasks.study.trial_results import KindResults
 
-PERCENT = ("success_rate", "ci_low", "ci_high", "settled_rate")
+ONLY_IF_SEVERAL = ("scene", "pool_label", "selection_seed")
+"""Columns of the printed rows that are left out where all rows have the same value."""
 
 
-def matrix(rows: Sequence[ResultRow], summaries: Sequence[SummaryRow], title: str) -> Table:
-    """Success in percent, a row a selection and a column a policy, best selection first; 80 characters wide."""
+def matrix(tests: KindResults, title: str) -> Table:
+    """Success in percent, a row a selection, best first; 80 characters wide.
+
+    A column for each policy, or for each scene (and variant of candidates) where there are several.
+    """
     shown = Table(title=title, title_justify="left", box=None, padding=(0, 1, 0, 0), header_style="bold")
-    policies = sorted({row.policy for row in rows})
+    columns = matrix_columns(tests)
     names = [
-        policy.removeprefix("BC_").replace("RNN_", "RNN_\n").replace("Dropout", "Drop-\nout")
-        for policy in policies
+        column.removeprefix("BC_").replace("RNN_", "RNN_\n").replace("Dropout", "Drop-\nout")
+        for column in columns
     ]
-    for column in ("selector", "k", *names, "all policies", "set-\ntled"):
+    for column in ("selector", "k", *names, "all", "set-\ntled"):
         shown.add_column(column, justify="left" if column == "selector" else "right", no_wrap=True)
-    for summary in summaries:
-        cells = [percent(rate(rows, summary, policy)) for policy in policies]
-        low, high = 100 * summary.ci_low, 100 * summary.ci_high
-        overall = f"[bold]{percent(summary.success_rate)}[/] {summary.stars or '':<3} [dim]\\[{low:.0f},{high:.0f}][/]"
-        shown.add_row(summary.selector, budget(summary), *cells, overall, percent(summary.settled_rate))
+    for summary in lines(tests):
+        cells = matrix_cells(tests, summary, columns)
+        overall = (
+            f"[bold]{text.percent(summary.success_rate)}[/] {stars(summary):<3} "
+            f"[dim]\\{text.whole_percents(summary.interval)}[/]"
+        )
+        settled = text.percent(summary.settled_rate)
+        shown.add_row(summary.selector, text.budget(summary.budget), *cells, overall, settled)
     return shown
 
 
-def rate(rows: Sequence[ResultRow], selection: SummaryRow, policy: str) -> float:
-    """Success rate of a policy on a selection over all its seeds."""
-    chosen = [
-        row
+def matrix_markdown(tests: KindResults) -> str:
+    """The matrix of success rates (percent) as Markdown."""
+    columns = matrix_columns(tests)
+    return as_markdown(
+        [
+            {
+                "selector": summary.selector,
+                "k": text.budget(summary.budget),
+                **dict(zip(columns, matrix_cells(tests, summary, columns), strict=True)),
+                "all": text.percent(summary.success_rate),
+                "95 % interval": text.percents(summary.interval),
+                "vs General": stars(summary),
+                "settled": text.percent(summary.settled_rate),
+            }
+            for summary in lines(tests)
+        ]
+    )
+
+
+def lines(tests: KindResults) -> list[SummaryRow]:
+    """The selections of the first group: over all scenes where there are several."""
+    first = tests.summaries[0].group
+    return [row for row in tests.summaries if row.group == first]
+
+
+def matrix_columns(tests: KindResults) -> list[str]:
+    """Policies, or scenes and variants where there are several."""
+    if len({row.group for row in tests.summaries}) == 1:
+        return sorted({row.policy for row in tests.policies})
+    return list(dict.fromkeys(place(row) for row in tests.summaries if row.scene != ALL_SCENES))
+
+
+def matrix_cells(tests: KindResults, selection: SummaryRow, columns: Sequence[str]) -> list[str]:
+    """A selection's success rate in each column."""
+    rows: list[PolicyRow] | list[SummaryRow] = tests.policies
+    if len({row.group for row in tests.summaries}) > 1:
+        rows = tests.summaries
+    rates = {
+        place(row) if isinstance(row, SummaryRow) else row.policy: row.success_rate
         for row in rows
-        if (row.selector, row.budget, row.policy) == (selection.selector, selection.budget, policy)
-    ]
-    return sum(row.successes for row in chosen) / sum(row.n for row in chosen)
+        if (row.selector, row.budget) == (selection.selector, selection.budget)
+    }
+    return [text.percent(rates.get(column)) for column in columns]
 
 
-def budget(row: ResultRow | SummaryRow) -> str:
-    """Budget in words."""
-    return "all" if row.budget is None else str(row.budget)
+def place(row: SummaryRow) -> str:
+    """Scene and variant of candidates."""
+    return f"{row.scene} {row.pool_label}".strip()
 
 
-def percent(share: float) -> str:
-    """Share in percent."""
-    return f"{100 * share:.1f}"
+def stars(row: SummaryRow) -> str:
+    """Stars of the gain over General."""
+    return row.gain.stars if row.gain else ""
 
 
 def as_json(rows: Sequence[ResultRow]) -> str:
     """Result rows as a JSON list."""
     return json.dumps([row.report() for row in rows], indent=1)
+
+
+def report_markdown(rows: Sequence[ResultRow]) -> str:
+    """Result rows as a Markdown table, without columns that say nothing."""
+    records = [row.report() for row in rows]
+    same = [name for name in ONLY_IF_SEVERAL if len({record[name] for record in records}) == 1]
+    return as_markdown(
+        [{name: value for name, value in record.items() if name not in same} for record in records]
+    )
 
 
 def as_markdown(rows: Sequence[Mapping[str, Any]]) -> str:
@@ -64,27 +117,8 @@ def as_markdown(rows: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def matrix_markdown(rows: Sequence[ResultRow], summaries: Sequence[SummaryRow]) -> str:
-    """The matrix of success rates (percent) as Markdown."""
-    policies = sorted({row.policy for row in rows})
-    return as_markdown(
-        [
-            {
-                "selector": summary.selector,
-                "k": budget(summary),
-                **{policy: percent(rate(rows, summary, policy)) for policy in policies},
-                "all policies": percent(summary.success_rate),
-                "95 % interval": f"{percent(summary.ci_low)} to {percent(summary.ci_high)}",
-                "vs General": summary.stars or "",
-                "settled": percent(summary.settled_rate),
-            }
-            for summary in summaries
-        ]
-    )
-
-
 def cell(name: str, value: Any) -> str:
     """One value for a reader."""
-    if value is None:
-        return "all" if name == "budget" else ""
+    if name == "budget":
+        return text.budget(value)
     return f"{value:.4g}" if isinstance(value, float) else str(value)

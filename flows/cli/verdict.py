@@ -3,28 +3,36 @@
 from __future__ import annotations
 
 from plancurate.flows.cli.console import output
-from plancurate.flows.cli.tables import matrix, percent
-from plancurate.tasks.curation.selectors.selection import label
+from plancurate.flows.cli.tables import lines, matrix
 from plancurate.tasks.study.context import StudyContext
-from plancurate.tasks.study.results import result_rows, summary_rows
+from plancurate.tasks.study.results import StudyResults, study_results
+from plancurate.tasks.study.verdict import verdicts
+
+STARS = "*, **, ***: differs from General on the same test targets, p < 0.05, 0.01, 0.001 (Holm)"
 
 
 def show_results(study: StudyContext) -> None:
-    """Print the table of success rates, the best three selections and where to look next."""
-    rows, summaries = result_rows(study.lake, study.study), summary_rows(study.lake, study.study)
+    """Print the verdict on a study, its table of success rates and where to look next."""
+    results = study_results(study.lake, study.study)
     output.print()
-    tests = rows[0].n * len({row.seed for row in rows})
-    output.print(matrix(rows, summaries, f"Success in percent, {tests} tests a cell"))
-    output.print(
-        "\\[95 % interval]; *, **, ***: differs from General with p < 0.05, 0.01, 0.001", style="dim"
-    )
-    best = ", ".join(
-        f"{label(row.selector, row.budget)} {percent(row.success_rate)}" for row in summaries[:3]
-    )
+    for verdict in verdicts(results):
+        output.print(verdict.which, style="bold", markup=False, highlight=False)
+        for sentence in verdict.sentences[1:]:
+            output.print(sentence, markup=False, highlight=False)
+    output.print()
+    show_table(results)
     for what, where in (
-        ("best", best),
         ("report", f"{study.home.reports / study.study / 'index.html'}"),
         ("lake", 'plancurate sql "SELECT * FROM evaluations LIMIT 5"'),
         ("pages", "make serve (Prefect and MLflow on 127.0.0.1)"),
     ):
         output.print(f"{what:<7} {where}", highlight=False, soft_wrap=True)
+
+
+def show_table(results: StudyResults) -> None:
+    """Print success rates on the kind of test that headlines go by."""
+    tests = results.headline
+    first = lines(tests)[0]
+    title = f"Success in percent at {first.tests} {tests.kind} test targets"
+    output.print(matrix(tests, title))
+    output.print(f"\\[95 % over {first.interval_over}]; {STARS}", style="dim")

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from unittest.mock import patch
 from warnings import warn
 
+from httpx import TransportError
 from prefect.client.orchestration import SyncPrefectClient
 from prefect.client.schemas.objects import TERMINAL_STATES
 from prefect.events import Event
@@ -48,14 +49,18 @@ def everything_recorded(url: str) -> Iterator[None]:
 def _wait_until_recorded(url: str, ids: list[str]) -> int:
     """Wait for the ids, chunk by chunk, and return how many are missing when the time is up."""
     deadline = time.monotonic() + TIMEOUT_S
-    missing = 0
+    chunks = [ids[first : first + CHUNK] for first in range(0, len(ids), CHUNK)]
     with SyncPrefectClient(url) as client:
-        for first in range(0, len(ids), CHUNK):
-            chunk = ids[first : first + CHUNK]
-            question = {"task_runs": {"id": {"any_": chunk}, "state": {"type": {"any_": FINAL}}}}
-            while (recorded := client.request("POST", "/task_runs/count", json=question).json()) < len(chunk):
-                if time.monotonic() > deadline:
-                    missing += len(chunk) - recorded
-                    break
-                time.sleep(0.1)
-    return missing
+        return sum(_missing(client, chunk, deadline) for chunk in chunks)
+
+
+def _missing(client: SyncPrefectClient, chunk: list[str], deadline: float) -> int:
+    """Wait for one chunk and return how many are missing when the time is up or the server is gone."""
+    question = {"task_runs": {"id": {"any_": chunk}, "state": {"type": {"any_": FINAL}}}}
+    recorded = 0
+    with suppress(TransportError):
+        while (recorded := client.request("POST", "/task_runs/count", json=question).json()) < len(chunk):
+            if time.monotonic() > deadline:
+                break
+            time.sleep(0.1)
+    return len(chunk) - recorded

@@ -1,9 +1,8 @@
-"""Services of a home: processes on 127.0.0.1 that live as long as somebody uses the home."""
+"""Services of a home: processes on 127.0.0.1 that end with whoever uses them."""
 
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import http.client
 import os
 import signal
@@ -12,59 +11,31 @@ import subprocess
 import sys
 import time
 import urllib.parse
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
-from typing import IO
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake.home import Home
+from plancurate.flows.server.locks import STOP_TIMEOUT_S
 
 HOST = "127.0.0.1"
-STOP_TIMEOUT_S = 30.0
 
 started: list[subprocess.Popen[bytes]] = []  # kept: a server may outlive the run that started it
 
 
-@contextmanager
-def users_lock(home: Home) -> Iterator[IO[str]]:
-    """A shared lock that says "I use this home's services"; a server that is just ending is waited for."""
-    with (home.prefect / "users.lock").open("a") as file:
-        lock(file, fcntl.LOCK_SH, STOP_TIMEOUT_S)
-        yield file
-
-
-def lock(file: IO[str], kind: int, timeout: float) -> None:
-    """Lock a file; PlancurateError when somebody else keeps it for longer than `timeout` seconds."""
-    deadline = time.monotonic() + timeout
-    while True:
-        try:
-            fcntl.flock(file, kind | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() > deadline:
-                raise PlancurateError(
-                    f"{file.name}: locked for {timeout:.0f} s; another run on this home hangs, end it first"
-                ) from None
-            time.sleep(0.05)
-        else:
-            return
-
-
-def spawn_guarded(
-    home: Home, command: Sequence[str], log: Path, environment: Mapping[str, str], options: Sequence[str] = ()
+def spawn(
+    module: Sequence[str], log: Path, environment: Mapping[str, str], lifetime: Sequence[str]
 ) -> subprocess.Popen[bytes]:
-    """Start a Python module as a service that ends with the home's last user; its output goes to `log`."""
-    guard = [
-        sys.executable,
-        "-m",
-        "plancurate.flows.server.watchdog",
-        str(home.prefect / "users.lock"),
-        *options,
-        "--",
-    ]
-    with log.open("wb") as output:
+    """Start a Python module with its arguments as a service in a process group of its own.
+
+    `lifetime` is the watchdog's options that say how long it lives; its output is added to `log`.
+    """
+    watched = [sys.executable, "-m", "plancurate.flows.server.watchdog", *lifetime, "--", *module]
+    with log.open("ab") as output:
+        output.write(f"{datetime.now():%Y-%m-%d %H:%M:%S} {module[0]} starts\n".encode())
+        output.flush()
         process = subprocess.Popen(
-            [*guard, *command],
+            watched,
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=subprocess.STDOUT,

@@ -1,6 +1,6 @@
--- Which planners' trajectories do the hybrids keep most often?
-SELECT selector, budget, planner, count(*) AS kept
+-- Which planners' trajectories do the hybrids of each study keep most often?
+SELECT study, scene, selector, budget, planner, count(*) AS kept
 FROM selections
 WHERE selector LIKE '%Hybrid'
 GROUP BY ALL
-ORDER BY selector, budget, kept DESC;
+ORDER BY study, scene, selector, budget, kept DESC;

@@ -1,5 +1,5 @@
 -- Success against the distance (cm) between a tested target and the trained one.
-SELECT study, selector, budget, distance_cm, count(*) AS n, avg(success::INTEGER) AS success_rate
+SELECT study, scene, selector, budget, distance_cm, count(*) AS n, avg(success::INTEGER) AS success_rate
 FROM evaluations
 WHERE kind = 'displaced'
 GROUP BY ALL

@@ -1,14 +1,17 @@
--- Success of a study by the distance of the tested from the trained target, over policies and training seeds.
--- Fresh targets have no such distance. Grain: selector, budget, distance.
+-- Success of a study by the distance of the tested from the trained target, over policies and seeds.
+-- Fresh targets have no such distance.
+-- Grain: scene (and 'all scenes' of several), pool label, selector, budget, distance.
 -- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
 SELECT
+    scene,
+    pool_label,
     selector,
     budget,
     distance_cm,
     count(*)::INTEGER AS n,
     count_if(success)::INTEGER AS successes,
     count_if(settled)::INTEGER AS settled
-FROM evaluations
-WHERE study = $study AND kind = $kind AND distance_cm IS NOT NULL
-GROUP BY selector, budget, distance_cm
-ORDER BY selector, budget NULLS FIRST, distance_cm;
+FROM scene_trials($study, $kind)
+WHERE distance_cm IS NOT NULL
+GROUP BY scene, pool_label, selector, budget, distance_cm
+ORDER BY scene, pool_label, selector, budget NULLS FIRST, distance_cm;

@@ -1,28 +1,49 @@
--- Totals of a study over policies and training seeds. Grain: selector, budget.
+-- Totals of a study over policies and seeds.
+-- Grain: scene (and 'all scenes' of several), pool label, selector, budget.
 -- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
 WITH trials AS (
-    SELECT * FROM evaluations WHERE study = $study AND kind = $kind
+    SELECT * FROM scene_trials($study, $kind)
 ),
 
 selected AS (
-    SELECT selector, budget, avg(selection_time_s) AS selection_time_s, avg(n_kept) AS n_kept
-    FROM (SELECT DISTINCT selector, budget, selection_id, selection_time_s, n_kept FROM trials)
-    GROUP BY selector, budget
+    SELECT DISTINCT scene, pool_label, selector, budget, pool, selection_id, selection_time_s, n_kept
+    FROM trials
+),
+
+chosen AS (
+    SELECT
+        scene,
+        pool_label,
+        selector,
+        budget,
+        avg(selection_time_s) AS selection_time_s,
+        avg(n_kept) AS n_kept
+    FROM selected
+    GROUP BY scene, pool_label, selector, budget
 )
 
 SELECT
+    trials.scene,
+    trials.pool_label,
     trials.selector,
     trials.budget,
     count(*)::INTEGER AS n,
     count_if(success)::INTEGER AS successes,
     count_if(settled)::INTEGER AS settled,
+    count(DISTINCT (pool, test_id))::INTEGER AS tests,
+    count(DISTINCT selection_seed)::INTEGER AS selection_seeds,
+    count(DISTINCT seed)::INTEGER AS training_seeds,
     avg(final_distance) AS final_distance,       -- m
     avg(path_length) AS path_length,             -- m
     avg(joint_movement) AS joint_movement,       -- rad
-    any_value(selected.selection_time_s) AS selection_time_s,
-    any_value(selected.n_kept) AS n_kept
+    any_value(chosen.selection_time_s) AS selection_time_s,
+    any_value(chosen.n_kept) AS n_kept
 FROM trials
-INNER JOIN selected
-    ON trials.selector = selected.selector AND trials.budget IS NOT DISTINCT FROM selected.budget
-GROUP BY trials.selector, trials.budget
-ORDER BY successes / n DESC, trials.selector, trials.budget NULLS FIRST;
+INNER JOIN chosen
+    ON
+        trials.scene = chosen.scene
+        AND trials.pool_label = chosen.pool_label
+        AND trials.selector = chosen.selector
+        AND trials.budget IS NOT DISTINCT FROM chosen.budget
+GROUP BY trials.scene, trials.pool_label, trials.selector, trials.budget
+ORDER BY trials.scene, trials.pool_label, successes / n DESC, trials.selector, trials.budget NULLS FIRST;

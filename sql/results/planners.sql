@@ -1,5 +1,8 @@
--- What became of each planner's runs in a pool. Grain: planner.
+-- What became of each planner's runs in a study. Grain: scene, pool label, planner.
+-- $study: studies.study.
 SELECT
+    scene,
+    pool_label,
     planner,
     count(*)::INTEGER AS runs,
     count_if(solved)::INTEGER AS solved,
@@ -15,7 +18,6 @@ SELECT
     avg(joint_movement) AS joint_movement,       -- rad, solved runs
     avg(path_length) AS path_length,             -- m, solved runs
     avg(duration) AS duration                    -- s, solved runs
-FROM trajectories
-WHERE robot = $robot AND scene = $scene AND pool = $pool
-GROUP BY planner
-ORDER BY planner;
+FROM study_candidates($study)
+GROUP BY scene, pool_label, planner
+ORDER BY scene, pool_label, planner;

@@ -1,18 +1,18 @@
--- Whose trajectories the selections of a study keep. Grain: selector, budget, planner.
--- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
-WITH tested AS (
-    SELECT DISTINCT robot, scene, pool, study, selection_id
-    FROM evaluations
-    WHERE study = $study AND kind = $kind
-)
-
+-- Whose trajectories the selections of a study keep, over selection seeds.
+-- Grain: scene, pool label, selector, budget, planner.
+-- $study: selections.study.
 SELECT
+    scene,
+    pool_label,
     selector,
     budget,
     planner,
     count(*)::INTEGER AS kept,
-    count(*) / sum(count(*)) OVER (PARTITION BY selector, budget) AS share    -- of what the selection keeps
+    count(*) / sum(count(*)) OVER (    -- of all that these selections keep
+        PARTITION BY scene, pool_label, selector, budget
+    ) AS share
 FROM selections
-INNER JOIN tested USING (robot, scene, pool, study, selection_id)
-GROUP BY selector, budget, planner
-ORDER BY selector, budget NULLS FIRST, kept DESC, planner;
+INNER JOIN studies USING (study, robot, scene, pool)
+WHERE study = $study
+GROUP BY scene, pool_label, selector, budget, planner
+ORDER BY scene, pool_label, selector, budget NULLS FIRST, kept DESC, planner;

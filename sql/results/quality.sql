@@ -1,7 +1,10 @@
 -- Mean and sample standard deviation (null for a single trial) of how the trials of a study went, over
--- policies and training seeds: what t intervals and Welch tests need. Grain: selector, budget.
+-- policies and seeds: what t intervals and Welch tests need.
+-- Grain: scene (and 'all scenes' of several), pool label, selector, budget.
 -- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
 SELECT
+    scene,
+    pool_label,
     selector,
     budget,
     count(*)::INTEGER AS n,
@@ -13,7 +16,6 @@ SELECT
     stddev_samp(path_length) AS path_length_std,
     avg(joint_movement) AS joint_movement,               -- rad
     stddev_samp(joint_movement) AS joint_movement_std
-FROM evaluations
-WHERE study = $study AND kind = $kind
-GROUP BY selector, budget
-ORDER BY selector, budget NULLS FIRST;
+FROM scene_trials($study, $kind)
+GROUP BY scene, pool_label, selector, budget
+ORDER BY scene, pool_label, selector, budget NULLS FIRST;

@@ -1,14 +1,12 @@
--- Seconds that each selection of a study took, in all and by stage. Grain: selector, budget.
--- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
-WITH tested AS (
-    SELECT DISTINCT robot, scene, pool, study, selection_id
-    FROM evaluations
-    WHERE study = $study AND kind = $kind
-)
-
+-- Seconds that each selection of a study took, in all and by stage.
+-- Grain: scene, pool label, selector, budget, selection seed.
+-- $study: selections.study.
 SELECT
+    scene,
+    pool_label,
     selector,
     budget,
+    seed AS selection_seed,
     any_value(prepare_s) AS prepare_s,
     any_value(base_policy_s) AS base_policy_s,
     any_value(rollouts_s) AS rollouts_s,
@@ -18,6 +16,7 @@ SELECT
     any_value(selection_time_s) AS selection_time_s,
     any_value(pool_hash) AS pool_hash
 FROM selections
-INNER JOIN tested USING (robot, scene, pool, study, selection_id)
-GROUP BY selector, budget, selection_id
-ORDER BY selector, budget NULLS FIRST, selection_id;
+INNER JOIN studies USING (study, robot, scene, pool)
+WHERE study = $study
+GROUP BY scene, pool_label, selector, budget, selection_seed
+ORDER BY scene, pool_label, selector, budget NULLS FIRST, selection_seed;

@@ -1,10 +1,10 @@
--- Studies that have trials, latest first. Grain: one configuration of a study.
+-- Studies that have trials, the last run first. Grain: study.
 SELECT
-    evaluations.study,                            -- what result queries take as $study
-    any_value(studies.name) AS name,
-    any_value(studies.run_at) AS created_at,
-    count(*) AS trials
-FROM evaluations
-LEFT JOIN studies USING (study, pool)
-GROUP BY evaluations.study
-ORDER BY created_at DESC NULLS LAST, evaluations.study;
+    study,                                        -- what result queries take as $study
+    any_value(name) AS name,
+    any_value(study_key) AS study_key,
+    max(run_at) AS run_at
+FROM studies
+WHERE study IN (SELECT study FROM evaluations)
+GROUP BY study
+ORDER BY run_at DESC, study;

@@ -1,7 +1,19 @@
--- How a study was set up. Grain: one row.
--- $study: evaluations.study.
-SELECT study, study_key, config, robot, scene, pool, run_at AS created_at, package_version, ompl_version
+-- How a study was set up. Grain: scene, pool label.
+-- $study: studies.study.
+SELECT
+    study,
+    name,
+    study_key,
+    config,                                       -- JSON
+    robot,
+    scene,
+    pool,
+    pool_label,
+    planners,
+    n_targets,
+    run_at,
+    package_version,
+    ompl_version
 FROM studies
 WHERE study = $study
-ORDER BY run_at DESC
-LIMIT 1;
+ORDER BY scene, pool_label;

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pydantic import ValidationError
+    from pydantic import BaseModel, ValidationError
 
 LONGEST_VALUE = 60  # characters of a wrong value that are shown
 
@@ -41,11 +41,22 @@ def field_of(error: ValidationError) -> str:
     return ".".join(str(part) for part in error.errors(include_url=False)[0]["loc"]) or "content"
 
 
-def first_problem(where: object, error: ValidationError) -> str:
+def first_problem(where: object, error: ValidationError, model: type[BaseModel]) -> str:
     """Say in one line what pydantic found wrong first: where, the value, and what would be right."""
     problem = error.errors(include_url=False)[0]
+    *parents, name = problem["loc"] or ("content",)
+    if problem["type"] == "extra_forbidden":
+        return f"{where}: {UnknownNameError('field', str(name), field_names(model, parents))}"
     wrong = "" if problem["type"] == "missing" else f" = {shortened(problem['input'])}"
     return f"{where}{wrong}: {problem['msg'].removeprefix('Value error, ')}"
+
+
+def field_names(model: Any, parents: Iterable[str | int]) -> list[str]:
+    """Return the names of the fields that a model has below a field of its own; none where it is no model."""
+    for parent in parents:
+        field = getattr(model, "model_fields", {}).get(parent)
+        model = field.annotation if field else None
+    return list(getattr(model, "model_fields", {}))
 
 
 def shortened(value: object) -> str:

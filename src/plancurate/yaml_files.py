@@ -28,17 +28,24 @@ class _Loader(yaml.SafeLoader):
 def read_yaml(file: Path) -> Any:
     """Return what a YAML file holds; PlancurateError for one that can't be read or isn't YAML."""
     try:
-        return yaml.load(file.read_text(encoding="utf-8"), _Loader)
+        text = file.read_text(encoding="utf-8")
     except OSError as error:
         raise PlancurateError(
             f"{file}: cannot be read: {error.strerror}; give a readable YAML file"
         ) from None
     except UnicodeDecodeError as error:
         raise PlancurateError(f"{file}: not UTF-8 at byte {error.start}; save it as UTF-8") from None
+    return parse_yaml(text, file)
+
+
+def parse_yaml(text: str, source: object) -> Any:
+    """Return what YAML text holds; PlancurateError that names its source for anything else."""
+    try:
+        return yaml.load(text, _Loader)
     except RecursionError:
-        raise PlancurateError(f"{file}: nests too deep; a few levels would be right") from None
+        raise PlancurateError(f"{source}: nests too deep; a few levels would be right") from None
     except (yaml.YAMLError, ValueError) as error:  # ValueError: a date that there never was
-        raise PlancurateError(f"{file}: not valid YAML: {' '.join(str(error).split())}") from None
+        raise PlancurateError(f"{source}: not valid YAML: {' '.join(str(error).split())}") from None
 
 
 def read_mapping(file: Path) -> dict[str, Any]:

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 
+from plancurate.bounds import Settings
 from plancurate.errors import UnknownNameError
 from plancurate.tasks.candidates.sources import find_source
 
 
-class TargetSettings(BaseModel):
+class TargetSettings(Settings):
     """Where targets lie and how the tool may be turned there.
 
     A target nearer to the start than `min_distance_m` could be reached by standing still. Lengths that are left
     out are shares of the robot's reach.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     regions: tuple[str, ...] = Field(
         default=(), description="the scene's regions to draw from; none: all it has, or else the cube"
@@ -40,10 +39,8 @@ class TargetSettings(BaseModel):
     max_tries: int = Field(default=200, gt=0, description="positions drawn for a target before giving up")
 
 
-class PlanSettings(BaseModel):
+class PlanSettings(Settings):
     """How much each planner may work; counts end a run, so that a busy machine plans the same paths."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     runs: int = Field(default=3, gt=0, description="runs of each planner for each target")
     seed: int = Field(default=0, ge=0, description="another seed gives other paths")
@@ -89,10 +86,8 @@ class PlanSettings(BaseModel):
         return params
 
 
-class TimingSettings(BaseModel):
+class TimingSettings(Settings):
     """How a path becomes a trajectory."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     dt: float = Field(default=0.05, gt=0, description="time between two stored samples, s")
     limit_share: float = Field(
@@ -106,10 +101,8 @@ class TimingSettings(BaseModel):
     )
 
 
-class VerifySettings(BaseModel):
+class VerifySettings(Settings):
     """How a trajectory is played and what it must keep to."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     frequency_hz: float = Field(default=240.0, ge=100.0, description="Physics and control steps a second.")
     position_gain: float = Field(
@@ -130,10 +123,8 @@ class VerifySettings(BaseModel):
     )
 
 
-class GenerateSettings(BaseModel):
+class GenerateSettings(Settings):
     """All of the above."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     targets: TargetSettings = Field(default_factory=TargetSettings)
     plan: PlanSettings = Field(default_factory=PlanSettings)

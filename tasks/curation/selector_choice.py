@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler, model_serializer, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from plancurate.tasks.curation.selectors.base import Selector, find_selector
-from plancurate.tasks.curation.selectors.selection import labelled
+if TYPE_CHECKING:
+    from plancurate.tasks.curation.selectors.base import Selector
 
 
 class SelectorChoice(BaseModel):
@@ -55,9 +56,19 @@ class SelectorChoice(BaseModel):
     @property
     def selector(self) -> Selector:
         """The selector; UnknownNameError where none has the name."""
+        from plancurate.tasks.curation.selectors.base import (
+            find_selector,
+        )  # imports DuckDB, which no --help needs
+
         return find_selector(self.name)
 
     @property
     def label(self) -> str:
         """Name in tables, such as `BehaviorRetrieval(task=shortest)`."""
         return labelled(self.name, self.params)
+
+
+def labelled(selector: str, params: Mapping[str, object]) -> str:
+    """Name a selector with the parameters it was given, such as `BehaviorRetrieval(task=shortest)`."""
+    given = ", ".join(f"{name}={value}" for name, value in sorted(params.items()))
+    return f"{selector}({given})" if given else selector

@@ -16,6 +16,13 @@ from plancurate.tasks.lake.schema import TABLES
 CATALOG_NAME = "catalog.duckdb"
 # DuckDB 1.4 and the tools built on it still open this; 2.0's own default they can't.
 _STORAGE_VERSION = "v1.2.0"
+DERIVED_VIEWS = {
+    "waypoints": {"trajectories"},
+    "study_candidates": {"trajectories", "studies"},
+    "study_trials": {"evaluations", "studies"},
+    "scene_trials": {"evaluations", "studies"},
+}
+"""Views and table macros over the tables' own views, with the tables that they read; later ones read earlier ones."""
 
 
 def define_views(connection: duckdb.DuckDBPyConnection, parts: Mapping[str, Sequence[Path]]) -> None:
@@ -70,8 +77,9 @@ def _views(names: Mapping[str, object]) -> Iterator[str]:
     yield load("views/macros")
     for name in names:
         yield load(f"views/{name}")
-    if "trajectories" in names:
-        yield load("views/waypoints")
+    for name, tables in DERIVED_VIEWS.items():
+        if names.keys() >= tables:
+            yield load(f"views/{name}")
 
 
 def _digest_of(path: Path) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from functools import cache
 from pathlib import Path
@@ -47,6 +48,14 @@ def partition_of(folder: Path, table: Table) -> str:
     return "/".join(folder.parts[-len(table.partition) :])
 
 
+def written_as(folder: Path, table: Table) -> str:
+    """What the manifest says of a part written here: table, partition, schema version and columns.
+
+    Where a part is whole and says the same as its folder, its footer need not be read to know that it fits.
+    """
+    return f"{table.name}/{partition_of(folder, table)} schema {SCHEMA_VERSION}-{_columns_digest(table.name)}"
+
+
 def part_keys(path: Path, table: Table) -> list[str]:
     """The part's key, or for a merged part those of all parts in it."""
     key = path.name.removeprefix("part-").removesuffix(".parquet")
@@ -80,6 +89,11 @@ def _check_version(path: Path, version: str | None) -> None:
             f"{path}: schema version {version}, but this plancurate reads version {SCHEMA_VERSION}; "
             "use another home folder or the release that wrote it"
         )
+
+
+@cache
+def _columns_digest(name: str) -> str:
+    return hashlib.sha256(TABLES[name].schema.to_string().encode()).hexdigest()[:8]
 
 
 @cache

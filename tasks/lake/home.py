@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+
+from plancurate.errors import PlancurateError
 
 
 @dataclass(frozen=True)
@@ -18,6 +21,17 @@ class Home:
         """The folder asked for, else `PLANCURATE_HOME`, else `./data`, as an absolute path."""
         chosen = folder or os.environ.get("PLANCURATE_HOME") or "data"
         return cls(Path(chosen).expanduser().resolve())
+
+    def require_writable(self) -> None:
+        """Make the folder; PlancurateError where it can't be made or nothing can be written into it."""
+        try:
+            self.root.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=self.root):
+                pass
+        except OSError as error:
+            raise PlancurateError(
+                f"{self.root}: cannot be written: {error.strerror}; another folder with --home would be right"
+            ) from None
 
     @property
     def lake(self) -> Path:

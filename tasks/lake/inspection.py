@@ -16,6 +16,7 @@ from plancurate.tasks.lake.footer import (
     merged_parts,
     partition_of,
     read_footer,
+    written_as,
 )
 from plancurate.tasks.lake.manifest import MANIFEST, Entry, Manifest, difference, locked, read_manifest
 from plancurate.tasks.lake.schema import PART_PATTERN, Table
@@ -88,7 +89,8 @@ class Inspection:
             return Damage(
                 path, "changed", f"{path}: changed since it was written, {reason}; run again what made it"
             )
-        problem = _misfit(path, table)
+        fits = entry.written_as == written_as(path.parent, table)
+        problem = None if fits else _misfit(path, table)
         if problem is None:
             self._sound.add(mark)
         return problem

@@ -23,12 +23,13 @@ _FIELDS = {"file": str, "bytes": int, "sha256": str}
 
 @dataclass(frozen=True)
 class Entry:
-    """One file as it was written; `rows` is there for parts of the lake."""
+    """One file as it was written; parts of the lake also say how many rows they hold and where they belong."""
 
     file: str
     bytes: int
     sha256: str
     rows: int | None = None
+    written_as: str | None = None
 
 
 @dataclass(frozen=True)
@@ -50,10 +51,11 @@ def locked(folder: Path, kind: int = fcntl.LOCK_EX) -> Iterator[None]:
         os.close(handle)
 
 
-def entry_of(path: Path, name: str, rows: int | None = None) -> Entry:
+def entry_of(path: Path, name: str, rows: int | None = None, written_as: str | None = None) -> Entry:
     """Describe the file at `path` under the name that it has or will have."""
     with path.open("rb") as file:
-        return Entry(name, path.stat().st_size, hashlib.file_digest(file, "sha256").hexdigest(), rows)
+        sha256 = hashlib.file_digest(file, "sha256").hexdigest()
+    return Entry(name, path.stat().st_size, sha256, rows, written_as)
 
 
 def difference(path: Path, entry: Entry) -> str | None:
@@ -132,7 +134,7 @@ def _parsed(path: Path, inode: int, size: int, mtime_ns: int) -> Manifest:
             fields = json.loads(line)
             if not all(isinstance(fields[name], kind) for name, kind in _FIELDS.items()):
                 raise TypeError
-            entry = Entry(fields["file"], fields["bytes"], fields["sha256"], fields.get("rows"))
+            entry = Entry(**{name: fields.get(name) for name in Entry.__dataclass_fields__})
         except (ValueError, KeyError, TypeError):
             damaged.append(number)
         else:

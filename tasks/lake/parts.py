@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake.footer import OWN, PARTITION, VERSION, partition_of
+from plancurate.tasks.lake.footer import OWN, PARTITION, VERSION, partition_of, written_as
 from plancurate.tasks.lake.manifest import append, entry_of, locked
 from plancurate.tasks.lake.schema import SCHEMA_VERSION, Table
 
@@ -68,7 +68,8 @@ def write_part(path: Path, table: Table, rows: pa.Table, metadata: Mapping[str, 
             column_encoding=dict.fromkeys(_nested_reals(table.schema), "BYTE_STREAM_SPLIT"),
             write_page_checksum=True,
         )
-        entry = entry_of(temporary, path.name, rows.num_rows)
+        _sync(temporary)  # the slow part, before others have to wait
+        entry = entry_of(temporary, path.name, rows.num_rows, written_as(path.parent, table))
         with locked(path.parent):
             if not path.exists():
                 append(path.parent, entry)

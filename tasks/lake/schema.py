@@ -116,15 +116,15 @@ _STUDIES = _schema(
     {},
 )  # fmt: skip
 
-_POOL_LEVELS = ("robot", "scene", "pool")
+POOL_LEVELS = ("robot", "scene", "pool")
 
 TABLES = {
     t.name: t
     for t in (
-        Table("trajectories", (*_POOL_LEVELS, "planner"), ("trajectory_id",), _TRAJECTORIES),
-        Table("targets", _POOL_LEVELS, ("target_id",), _TARGETS),
-        Table("selections", (*_POOL_LEVELS, "study"), ("selection_id", "trajectory_id"), _SELECTIONS),
-        Table("evaluations", (*_POOL_LEVELS, "study"), ("evaluation_id", "kind", "test_id"), _EVALUATIONS),
+        Table("trajectories", (*POOL_LEVELS, "planner"), ("trajectory_id",), _TRAJECTORIES),
+        Table("targets", POOL_LEVELS, ("target_id",), _TARGETS),
+        Table("selections", (*POOL_LEVELS, "study"), ("selection_id", "trajectory_id"), _SELECTIONS),
+        Table("evaluations", (*POOL_LEVELS, "study"), ("evaluation_id", "kind", "test_id"), _EVALUATIONS),
         Table("studies", ("study",), ("pool", "run_at"), _STUDIES),
     )
 }

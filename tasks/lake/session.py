@@ -10,7 +10,7 @@ from pathlib import Path
 import duckdb
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake.catalog import define_views
+from plancurate.tasks.lake.catalog import DERIVED_VIEWS, define_views
 from plancurate.tasks.lake.schema import TABLES
 
 
@@ -38,8 +38,9 @@ def tables_named_in(statement: str) -> list[str]:
     A word too many, as in a comment, costs a look at a table; views of the other tables are not made.
     """
     words = set(re.findall(r"\w+", statement.lower()))
-    if "waypoints" in words:
-        words.add("trajectories")
+    for name, tables in DERIVED_VIEWS.items():
+        if name in words:
+            words |= tables
     return [name for name in TABLES if name in words] or list(TABLES)
 
 

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import duckdb
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from plancurate.errors import PlancurateError
 from plancurate.sql import load
 from plancurate.tasks.lake.footer import is_merged, part_keys
 from plancurate.tasks.lake.inspection import Damage, Inspection, refuse, strays
 from plancurate.tasks.lake.parts import TEMPORARY_PATTERN, conform, part_path, safe_name, write_part
-from plancurate.tasks.lake.schema import PART_PATTERN, TABLES, Table, table
+from plancurate.tasks.lake.schema import PART_PATTERN, POOL_LEVELS, TABLES, Table, table
 from plancurate.tasks.lake.session import open_session, require_select, tables_named_in
 
 # Every table holds one part without rows under this partition value, so that a view over an empty table
@@ -78,6 +79,25 @@ class Lake:
         kind = table(name)
         chosen = [f"{level}={glob.escape(levels.get(level, '')) or '[!_]*'}" for level in kind.partition]
         return sorted(path for path in (self.root / name).glob("/".join(chosen)) if path.is_dir())
+
+    def _needed(self, name: str, levels: Mapping[str, str]) -> list[Path]:
+        """Partitions that a question about these levels reads: of a study's trajectories, those of its pools."""
+        folders = self.partitions(name, levels)
+        if "study" not in levels or "study" in table(name).partition:
+            return folders
+        pools, above = self._pools(levels["study"]), len((self.root / name).parts)
+        return [path for path in folders if path.parts[above : above + len(POOL_LEVELS)] in pools]
+
+    def _pools(self, study: str) -> set[tuple[str, ...]]:
+        """Folder levels of the pools that a study is recorded with."""
+        kind = table("studies")
+        parts = [
+            path
+            for folder in self.partitions("studies", {"study": study})
+            for path in self.inspection.settled(folder, kind).parts
+        ]
+        rows = [row for path in parts for row in pq.ParquetFile(path).read(list(POOL_LEVELS)).to_pylist()]
+        return {tuple(f"{level}={row[level]}" for level in POOL_LEVELS) for row in rows}
 
     def read(self, name: str, levels: Mapping[str, str]) -> pa.Table:
         """All rows of the partitions that match any subset of levels; the partition's columns come first."""
@@ -179,7 +199,7 @@ class Lake:
         parts: dict[str, list[Path]] = {}
         damage: list[Damage] = []
         for kind in map(table, names):
-            folders = [*self.partitions(kind.name, levels), self._nobody(kind)]
+            folders = [*self._needed(kind.name, levels), self._nobody(kind)]
             found = [self.inspection.settled(folder, kind) for folder in folders]
             parts[kind.name] = [path for inventory in found for path in inventory.parts]
             damage += [problem for inventory in found for problem in inventory.damage]

@@ -19,11 +19,8 @@ _ROUNDING = 1e-9
 def resampled(q: FloatArray, step: float) -> FloatArray:
     """Waypoints (k, n) on the polyline through q (m, n), rad, `step` rad apart along it; both ends are kept."""
     along = travelled(q)
-    moving = np.concatenate([[True], np.diff(along) > 0])
     points = marks(float(along[-1]), step)
-    found = np.column_stack([np.interp(points, along[moving], joint[moving]) for joint in q.T])
-    found[-1] = q[-1]
-    return found
+    return np.column_stack([np.interp(points, along, joint) for joint in q.T])
 
 
 def resampled_steps(q: FloatArray, kept: IntArray, step: float) -> IntArray:
@@ -35,7 +32,6 @@ def resampled_steps(q: FloatArray, kept: IntArray, step: float) -> IntArray:
     along = travelled(q)
     points = marks(float(along[-1]), step)
     stands = np.isin(np.arange(len(q)), kept)[_nearest(along, points)]
-    stands[-1] = False
     before_last = np.minimum(_nearest(points, along[kept]), max(len(points) - 2, 0))
     stands[np.where(kept < len(q) - 1, before_last, len(points) - 1)] = True
     return np.flatnonzero(stands)
@@ -49,7 +45,7 @@ def travelled(q: FloatArray) -> FloatArray:
 def marks(length: float, step: float) -> FloatArray:
     """Distances (k,) along a path of that length at which waypoints lie: every step, and its end."""
     count = max(0, int(np.ceil(length / step - _ROUNDING)))
-    return np.minimum(np.arange(count + 1) * step, length)
+    return np.append(np.arange(count) * step, length)
 
 
 def _nearest(grid: FloatArray, values: FloatArray) -> IntArray:

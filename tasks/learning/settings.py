@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
+
+from plancurate.bounds import Seed, Settings
 
 if TYPE_CHECKING:
     from plancurate.tasks.learning.policies.policy import Policy
@@ -13,10 +15,8 @@ Action = Literal["delta", "absolute"]
 BASIC_OBSERVATION = ("target_offset", "joint_positions")
 
 
-class TrainSettings(BaseModel):
+class TrainSettings(Settings):
     """How every network is trained, whatever was selected for it."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     steps: int = Field(
         2000, ge=1, description="gradient steps, the same for every selection; the last state counts"
@@ -86,15 +86,13 @@ class TrainSettings(BaseModel):
         return make_policy(name, {**sizes, **self.policies.get(name, {})})
 
 
-class EvaluateSettings(BaseModel):
+class EvaluateSettings(Settings):
     """How a rollout is run and judged."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     max_steps: int = Field(200, ge=1, description="steps after which a rollout ends")
     reach_m: float = Field(0.05, gt=0, description="a target is reached when the tool is nearer than this, m")
     resolution: float = Field(
         0.05, gt=0, description="largest joint step between collision checks of a move, rad"
     )
-    seed: int = Field(1000, description="seed of the displaced test targets")
+    seed: Seed = Field(1000, description="seed of the displaced test targets")
     device: str = Field("cpu", description="where the networks run: cpu or cuda")

@@ -2,125 +2,121 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
-from plancurate.tasks.curation.selectors.selection import label
-from plancurate.tasks.lake import Lake
-from plancurate.tasks.report import agreement, figures, text
-from plancurate.tasks.report.contents import Report, Section
-from plancurate.tasks.report.pool_tables import coverage_table, planners_table, time_table
+from plancurate.tasks.report import figures, selection_tables, tables
+from plancurate.tasks.report.contents import Report, Section, Table
 from plancurate.tasks.report.setup import setup
-from plancurate.tasks.report.source import Source, is_base
-from plancurate.tasks.report.tables import distance_table, policy_table, quality_table, success_table
-from plancurate.tasks.report.ways import below_random_table, ways_figure
-from plancurate.tasks.study.statistics import wilson_interval
+from plancurate.tasks.report.source import Source
+from plancurate.tasks.study.agreement import agreement_sentence
+from plancurate.tasks.study.results import StudyResults
+from plancurate.tasks.study.verdict import verdicts
+
+SELECTION = (
+    "A selection is the trajectories that a selector keeps of all candidates, k for each target. Each selection trains "
+    "the same policies, and a test sends a policy to one target. Success: the tool comes within 5 cm of it, and every "
+    "move up to then is free of collision and inside the limits. Settled: it is still there at the step limit."
+)
+HOW_SURE = (
+    "The 95 % interval says what the rate might be with other seeds and test targets. A gain over General, which keeps "
+    "every candidate, is sure (stars) where such chance does not explain it; selections that chance may have ordered "
+    "are ties."
+)
 
 
-def build_report(lake: Lake, study: str) -> Report:
-    """The report of a study, by its full or plain name; UnknownNameError when it has no trials."""
-    source = Source(lake, study)
+def build_report(results: StudyResults) -> Report:
+    """The report of a study's results."""
+    sources = {kind: Source(results, kind) for kind in results.tests}
+    headline, displaced = sources[results.headline.kind], sources.get("displaced")
     sections = [
-        success(source),
-        policies(source),
-        distances(source),
-        *fresh_targets(Source(lake, source.study, "unseen")),
-        quality(source),
-        selections(source),
-        reasons(source),
-        *agreement_section(source),
+        *([fresh_targets(sources["unseen"])] if "unseen" in sources else []),
+        *(displaced_targets(displaced) if displaced else []),
+        selections(headline),
+        reasons(headline),
+        *(agreement(displaced) if displaced else []),
     ]
-    return Report(source.recorded.get("study", source.study), summary(source), sections, setup(source))
+    verdict = [sentence for found in verdicts(results) for sentence in found.sentences]
+    return Report(results.study.name, verdict, overview(results), sections, setup(results))
 
 
-def success(source: Source) -> Section:
-    """Which selector is best."""
-    table = success_table(source)
+def fresh_targets(source: Source) -> Section:
+    """Success at targets that no policy was trained on."""
+    words = (
+        f"Targets that no policy was trained on; the publication has no such tests. {SELECTION} {HOW_SURE}"
+    )
+    drawn = [figures.fresh_bars(source), *filter(None, [figures.scene_map(source)])]
+    return Section("fresh", "Success at fresh targets", words, drawn, [tables.success_table(source)])
+
+
+def displaced_targets(source: Source) -> list[Section]:
+    """The publication's tests: success by selector, policy and distance, and how the rollouts went."""
+    words = "Tests at the trained targets and up to 5 cm from them, as in the publication."
+    if source.results.headline.kind == "displaced":
+        words = f"{words} {SELECTION} {HOW_SURE}"
     drawn = [
-        figures.success_bars(source, table.rows),
-        figures.success_forest(source, table.rows),
-        figures.budget_curves(source, table.rows),
+        figures.success_bars(source),
+        figures.success_forest(source),
+        figures.scene_map(source),
+        figures.budget_curves(source),
     ]
-    return Section("success", "Success by selector", "", [figure for figure in drawn if figure], [table])
-
-
-def policies(source: Source) -> Section:
-    """Which policy makes the most of which selection."""
-    table = policy_table(source)
-    return Section("policies", "Success by policy", "", [figures.policy_map(source, table.rows)], [table])
-
-
-def distances(source: Source) -> Section:
-    """How far from the trained targets the policies still arrive."""
-    table = distance_table(source)
-    drawn = [figures.distance_curves(source, table.rows)]
-    return Section("distances", "Success by distance", "", drawn, [table])
-
-
-def fresh_targets(source: Source) -> list[Section]:
-    """Success at targets that no policy was trained on, where the study has such tests."""
-    if not source.order:
-        return []
-    words = "Targets anywhere in the cube that no policy was trained on. The publication has no such tests."
-    return [Section("fresh", "Success at fresh targets", words, tables=[success_table(source)])]
-
-
-def quality(source: Source) -> Section:
-    """How the rollouts went."""
-    table = quality_table(source)
-    drawn = [figures.quality_bars(source, table.rows), figures.quality_forest(source, table.rows)]
-    return Section("quality", "Quality of the rollouts", "", drawn, [table])
+    return [
+        Section(
+            "success", "Success by selector", words, [f for f in drawn if f], [tables.success_table(source)]
+        ),
+        Section(
+            "policies", "Success by policy", "", [figures.policy_map(source)], [tables.policy_table(source)]
+        ),
+        Section(
+            "distances",
+            "Success by distance",
+            "",
+            [figures.distance_curves(source)],
+            [tables.distance_table(source)],
+        ),
+        Section(
+            "quality",
+            "Quality of the rollouts",
+            "A rollout is one run of a policy towards one test target.",
+            [figures.quality_bars(source), figures.quality_forest(source)],
+            [tables.quality_table(source)],
+        ),
+    ]
 
 
 def selections(source: Source) -> Section:
     """What the selections hold and what they cost."""
-    times = time_table(source)
-    return Section(
-        "selections",
-        "The selections",
-        "",
-        [figures.time_forest(source, times.rows)],
-        [times, coverage_table(source), planners_table(source)],
-    )
+    shown: list[Table[Any]] = [
+        selection_tables.time_table(source),
+        selection_tables.coverage_table(source),
+        selection_tables.planners_table(source),
+        selection_tables.pool_table(source),
+    ]
+    return Section("selections", "The selections", "", [figures.time_forest(source)], shown)
 
 
 def reasons(source: Source) -> Section:
     """Why selections do well or badly."""
-    below = below_random_table(source)
+    below = selection_tables.below_random_table(source)
     text = "A policy that is shown two ways to one place learns neither."
-    return Section("reasons", "Reasons", text, [ways_figure(source)], [below] if below.rows else [])
+    return Section("reasons", "Reasons", text, [figures.ways_figure(source)], [below] if below.rows else [])
 
 
-def agreement_section(source: Source) -> list[Section]:
+def agreement(source: Source) -> Iterator[Section]:
     """The publication's gains beside ours, where the study has General and a published selector."""
-    table = agreement.agreement_table(source)
-    if not table.rows:
-        return []
-    return [Section("publication", "Agreement with the publication", "", tables=[table])]
+    rows = source.tests.agreement
+    if rows:
+        text = agreement_sentence(source.figure_rows(rows))
+        table = selection_tables.agreement_table(source)
+        yield Section("publication", "Agreement with the publication", text, tables=[table])
 
 
-def summary(source: Source) -> list[str]:
-    """The report in a few sentences."""
-    rows = source.rows("by_selector")
-    best = [row for row in rows if row["successes"] / row["n"] == rows[0]["successes"] / rows[0]["n"]]
-    names = ", ".join(label(row["selector"], row["budget"]) for row in best)
-    sentences = [f"Best: {names} with {rate(best[0])} of {best[0]['n']} tests successful."]
-    sentences += [f"General, which keeps every candidate: {rate(row)}." for row in rows if is_base(row)]
-    compared = [
-        row for row in agreement.agreement_rows(source) if (row.selector, row.budget) in source.largest
-    ]
-    return [" ".join(sentences), *filter(None, [agreement.summary(compared)]), scope(source)]
-
-
-def rate(row: dict[str, Any]) -> str:
-    """A success rate with its interval."""
-    interval = wilson_interval(row["successes"], row["n"])
-    return f"{text.percent(row['successes'] / row['n'])} % {text.percents(interval)}"
-
-
-def scope(source: Source) -> str:
+def overview(results: StudyResults) -> str:
     """What the study covers."""
-    networks = len(source.rows("by_policy"))
-    found = source.recorded
-    place = f"Robot {found['robot']} in scene {found['scene']}: " if found else ""
-    targets = f"{source.config['n_targets']} training targets, " if source.config else ""
-    return f"{place}{targets}{len(source.order)} selections, {networks} trained networks."
+    study, tests = results.study, results.headline
+    scenes = list(dict.fromkeys(pool.scene for pool in study.pools))
+    chosen = {(row.selector, row.budget) for row in tests.summaries}
+    return (
+        f"Robot {study.robot} in {'scene' if len(scenes) == 1 else 'scenes'} {', '.join(scenes)}: "
+        f"{study.pools[0].n_targets} training targets, {len(chosen)} selections, {len(tests.networks)} networks."
+    )

@@ -5,10 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from plancurate.sql import load
-from plancurate.tasks.lake import Lake
 
 _PARAMETER = re.compile(r"\$(\w+)")
 _SPECIAL = re.compile(r'([\\"$`])')  # what a shell reads inside double quotes
@@ -20,10 +18,6 @@ class Query:
 
     name: str
     parameters: Mapping[str, object]
-
-    def rows(self, lake: Lake) -> list[dict[str, Any]]:
-        """Ask the lake."""
-        return list(lake.query(self.name, **self.parameters).to_pylist())
 
     @property
     def statement(self) -> str:

@@ -69,8 +69,10 @@ class Report:
     """A study's report."""
 
     name: str
-    summary: Sequence[str]
+    verdict: Sequence[str]
     """Sentences, the most important first."""
+    overview: str
+    """What the study covers."""
     sections: Sequence[Section]
     setup: Mapping[str, Any]
     """All that is needed to repeat the study: what to JSON values."""

@@ -1,59 +1,94 @@
-"""Figures 2 to 5 and A1 to A3 of the publication, and success over budgets; at the largest budget."""
+"""Figures 2 to 5 and A1 to A3 of the publication, success over budgets, scenes and ways."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
 
-from plancurate.tasks.report import text
-from plancurate.tasks.report.charts import Mark, Panel, bars, forest, heat_map, small_curves
+from plancurate.tasks.report.charts import (
+    Mark,
+    Panel,
+    Point,
+    bars,
+    forest,
+    heat_map,
+    scatter,
+    small_curves,
+)
 from plancurate.tasks.report.contents import Figure
-from plancurate.tasks.report.published import published_results
-from plancurate.tasks.report.rows import DistanceRow, Mean, PolicyRow, QualityRow, SuccessRow, TimeRow
 from plancurate.tasks.report.source import Source
-from plancurate.tasks.study.results import BASELINE
+from plancurate.tasks.report.tables import MEASURES
+from plancurate.tasks.study import text
+from plancurate.tasks.study.against import BASELINE
+from plancurate.tasks.study.published import published_results
+from plancurate.tasks.study.rows import ALL_SCENES, DistanceRow, Mean, QualityRow, SummaryRow
+from plancurate.tasks.study.selection_results import way_correlation
 
 SUCCESS = "success, %"
-MEASURES = {
-    "final_distance": "final distance, m",
-    "path_length": "path length, m",
-    "joint_movement": "joint movement, rad",
-}
 OURS, GENERAL = ("ours", "this study"), ("base", "General: everything is kept")
 INTERVAL, PUBLISHED = ("interval", "95 % interval"), ("published", "the publication")
-GENERAL_LINE = ("base-line", "General")
+GENERAL_LINE, PUBLISHED_LINE = ("base-line", "General"), ("published-line", "the publication")
 LEGEND = (OURS, GENERAL, INTERVAL, PUBLISHED)
-RowT = TypeVar("RowT", SuccessRow, PolicyRow, DistanceRow, QualityRow, TimeRow)
+WAYS = "Success by the way that the kept trajectories go"
 
 
-def success_bars(source: Source, rows: Sequence[SuccessRow]) -> Figure:
-    """Figure 2: success by selector with Wilson intervals."""
+def success_bars(source: Source) -> Figure:
+    """Figure 2: success by selector."""
     title = "Figure 2. Success by selector"
-    drawing = bars(title, SUCCESS, _success_marks(source, rows), _one_decimal, 100)
+    note = f"{source.figure_note(source.tests.summaries)} Stars: differs from General."
     return Figure(
-        "figure_2", title, f"{at_budget(source)} Stars: differs from General.", [(title, drawing)], LEGEND
+        "figure_2",
+        title,
+        note,
+        [(title, bars(title, SUCCESS, success_marks(source), _one_decimal, 100))],
+        LEGEND,
     )
 
 
-def success_forest(source: Source, rows: Sequence[SuccessRow]) -> Figure:
+def success_forest(source: Source) -> Figure:
     """Figure A1: success against General's."""
     title = "Figure A1. Success against General"
-    drawing = forest(title, SUCCESS, _success_marks(source, rows), _one_decimal, 100)
-    return Figure("figure_a1", title, at_budget(source), [(title, drawing)], (*LEGEND, GENERAL_LINE))
+    drawing = forest(title, SUCCESS, success_marks(source), _one_decimal, 100)
+    note = source.figure_note(source.tests.summaries)
+    return Figure("figure_a1", title, note, [(title, drawing)], (*LEGEND, GENERAL_LINE))
 
 
-def quality_bars(source: Source, rows: Sequence[QualityRow]) -> Figure:
+def fresh_bars(source: Source) -> Figure:
+    """Success by selector at fresh targets."""
+    title = "Success at fresh targets"
+    drawing = bars(title, SUCCESS, success_marks(source), _one_decimal, 100)
+    note = f"{source.figure_note(source.tests.summaries)} Stars: differs from General."
+    return Figure("figure_unseen", title, note, [(title, drawing)], (OURS, GENERAL, INTERVAL))
+
+
+def scene_map(source: Source) -> Figure | None:
+    """Success by selector and scene; nothing for a single scene."""
+    if len(source.groups) < 2:
+        return None
+    title = f"Success by selector and scene, {source.kind} targets"
+    rows = source.tests.summaries
+    names = list(dict.fromkeys(row.name for row in rows))
+    columns = list(
+        dict.fromkeys(_place(row) for row in sorted(rows, key=lambda row: row.scene == ALL_SCENES))
+    )
+    shares = {(row.name, _place(row)): row.success_rate for row in rows}
+    drawing = heat_map(title, names, columns, shares)
+    return Figure(f"figure_scenes_{source.kind}", title, "In percent; darker is better.", [(title, drawing)])
+
+
+def quality_bars(source: Source) -> Figure:
     """Figure 3: final distance, path length and joint movement by selector."""
     title = "Figure 3. How the rollouts went"
     pictures = [
-        (words, bars(f"{title}: {words}", words, _quality_marks(source, rows, name), text.decimals))
+        (words, bars(f"{title}: {words}", words, quality_marks(source, name), text.decimals))
         for name, words in MEASURES.items()
     ]
-    note = f"{at_budget(source)} Means over all tests."
+    note = (
+        f"{source.figure_note(source.tests.quality)} Means over all tests; stars: Welch's test, as published."
+    )
     return Figure("figure_3", title, note, pictures, LEGEND)
 
 
-def quality_forest(source: Source, rows: Sequence[QualityRow]) -> Figure:
+def quality_forest(source: Source) -> Figure:
     """Figure A2: the same against General's, on logarithmic scales."""
     title = "Figure A2. Rollouts against General"
     pictures = [
@@ -62,110 +97,137 @@ def quality_forest(source: Source, rows: Sequence[QualityRow]) -> Figure:
             forest(
                 f"{title}: {words}",
                 f"{words} (logarithmic)",
-                _quality_marks(source, rows, name),
+                quality_marks(source, name),
                 text.decimals,
                 logarithmic=True,
             ),
         )
         for name, words in MEASURES.items()
     ]
-    return Figure("figure_a2", title, at_budget(source), pictures, (*LEGEND, GENERAL_LINE))
+    note = source.figure_note(source.tests.quality)
+    return Figure("figure_a2", title, note, pictures, (*LEGEND, GENERAL_LINE))
 
 
-def policy_map(source: Source, rows: Sequence[PolicyRow]) -> Figure:
+def policy_map(source: Source) -> Figure:
     """Figure 4: success by selector and policy."""
     title = "Figure 4. Success by selector and policy"
-    chosen = _largest(source, rows)
-    policies = sorted({row.policy for row in chosen})
-    shares = {(row.selector, row.policy): row.rate for row in chosen}
-    drawing = heat_map(title, [name for name, _ in source.largest], policies, shares)
-    return Figure("figure_4", title, f"In percent; darker is better. {at_budget(source)}", [(title, drawing)])
+    rows = source.figure_rows(source.tests.policies)
+    policies = sorted({row.policy for row in rows})
+    shares = {(row.selector, row.policy): row.success_rate for row in rows}
+    drawing = heat_map(title, list(dict.fromkeys(row.selector for row in rows)), policies, shares)
+    note = f"In percent; darker is better. {source.figure_note(source.tests.policies)}"
+    return Figure("figure_4", title, note, [(title, drawing)])
 
 
-def distance_curves(source: Source, rows: Sequence[DistanceRow]) -> Figure:
+def distance_curves(source: Source) -> Figure:
     """Figure 5: success by distance of the tested from the trained target."""
     title = "Figure 5. Success by distance from the trained target"
-    found = _largest(source, rows)
-    distances = sorted({row.distance_cm for row in found})
-    rates = {(row.selector, row.distance_cm): row.rate for row in found}
-
-    def curve(name: str) -> list[float] | None:
-        values = [rates.get((name, distance)) for distance in distances]
-        return [value for value in values if value is not None] if None not in values else None
-
+    rows = source.figure_rows(source.tests.distances)
+    distances = sorted({row.distance_cm for row in rows})
+    curves = _curves(rows)
     panels = [
-        Panel(name, ours, curve(BASELINE) if name != BASELINE else None, _published_curve(name, distances))
-        for name, _ in source.largest
-        for ours in [curve(name)]
-        if ours is not None
+        Panel(
+            name,
+            [curve[distance] for distance in distances],
+            [curves[BASELINE][distance] for distance in distances]
+            if name != BASELINE and BASELINE in curves
+            else None,
+            _published_curve(name, distances),
+        )
+        for name, curve in curves.items()
+        if set(curve) == set(distances)
     ]
     pictures = small_curves(title, "distance, cm", [str(distance) for distance in distances], panels)
-    legend = (OURS, GENERAL_LINE, ("published-line", "the publication"))
-    return Figure("figure_5", title, f"Success in percent. {at_budget(source)}", pictures, legend, small=True)
+    note = f"Success in percent. {source.figure_note(source.tests.distances)}"
+    return Figure("figure_5", title, note, pictures, (OURS, GENERAL_LINE, PUBLISHED_LINE), small=True)
 
 
-def time_forest(source: Source, rows: Sequence[TimeRow]) -> Figure:
+def time_forest(source: Source) -> Figure:
     """Figure A3: selection time."""
     title = "Figure A3. Selection time"
     marks = [
-        Mark(row.selector, row.total, published=row.published, base=row.selector == BASELINE)
-        for row in _largest(source, rows)
+        Mark(
+            row.selector,
+            row.total,
+            row.interval.low if row.interval else None,
+            row.interval.high if row.interval else None,
+            published=row.published,
+            base=row.selector == BASELINE,
+        )
+        for row in source.figure_rows(source.results.times)
     ]
     drawing = forest(title, "selection time, s (logarithmic)", marks, text.seconds, logarithmic=True)
-    legend = (OURS, GENERAL, PUBLISHED, GENERAL_LINE)
-    return Figure("figure_a3", title, f"{at_budget(source)} One run each.", [(title, drawing)], legend)
+    note = f"{source.figure_note(source.results.times)} Intervals are over selection seeds, where there are several."
+    return Figure("figure_a3", title, note, [(title, drawing)], (*LEGEND, GENERAL_LINE))
 
 
-def budget_curves(source: Source, rows: Sequence[SuccessRow]) -> Figure | None:
+def budget_curves(source: Source) -> Figure | None:
     """Success over budgets, a picture for each selector; nothing for a single budget."""
+    rows = [row for row in source.tests.summaries if row.group == source.groups[0]]
     budgets = sorted({row.budget for row in rows if row.budget is not None})
     if len(budgets) < 2:
         return None
     title = "Success over budgets"
-    rates = {(row.selector, row.budget): row.rate for row in rows}
+    rates = {(row.selector, row.budget): row.success_rate for row in rows}
     base = rates.get((BASELINE, None))
     panels = [
-        Panel(
-            name,
-            [rates[name, number] for number in budgets],
-            None if base is None else [base] * len(budgets),
-        )
-        for name, number in source.largest
-        if number is not None and all((name, one) in rates for one in budgets)
+        Panel(name, [rates[name, k] for k in budgets], None if base is None else [base] * len(budgets))
+        for name in dict.fromkeys(row.selector for row in rows)
+        if all((name, k) in rates for k in budgets)
     ]
     pictures = small_curves(title, "kept a target", [str(number) for number in budgets], panels)
     note = "Success in percent against the trajectories kept for each target."
     return Figure("figure_budgets", title, note, pictures, (OURS, GENERAL_LINE), small=True)
 
 
-def at_budget(source: Source) -> str:
-    """Which selections a figure shows; nothing where they are all that there are."""
-    if source.largest == source.order:
-        return ""
-    return f"Selections of the largest budget, k = {max(number or 0 for _, number in source.largest)}."
+def ways_figure(source: Source) -> Figure:
+    """A point for each selection: success against the share that goes the shortest way."""
+    covered = {row.cell: row for row in source.results.coverage}
+    points = [
+        Point(
+            covered[row.cell].shortest_way,
+            row.success_rate,
+            "base"
+            if row.selector == BASELINE
+            else "published"
+            if covered[row.cell].targets_without
+            else "ours",
+        )
+        for row in source.tests.summaries
+        if row.cell in covered
+    ]
+    drawing = scatter(WAYS, "take the shortest way of their target, %", "success, %", points)
+    legend = [("ours", "a selection"), ("base", "General"), ("published", "leaves targets without data")]
+    note = (
+        "Across are the percent of a selection's trajectories that end in the goal configuration of their target's "
+        "shortest candidate. Where it is far from 100, the same observation comes with different actions."
+    )
+    found = way_correlation(source.tests.summaries, source.results.coverage)
+    if found:
+        note += f" Rank correlation over the {found[1]} selections that leave no target out: {found[0]:.2f}."
+    return Figure("figure_ways", WAYS, note, [("", drawing)], legend)
 
 
-def _largest(source: Source, rows: Sequence[RowT]) -> list[RowT]:
-    return [row for row in rows if (row.selector, row.budget) in source.largest]
-
-
-def _success_marks(source: Source, rows: Sequence[SuccessRow]) -> list[Mark]:
+def success_marks(source: Source) -> list[Mark]:
+    """A mark for each selection: success, interval, the publication's, stars."""
     return [
         Mark(
             row.selector,
-            100 * row.rate,
-            100 * row.wilson.low,
-            100 * row.wilson.high,
+            100 * row.success_rate,
+            100 * row.interval.low,
+            100 * row.interval.high,
             None if row.published is None else 100 * row.published,
-            text.stars(row.against_general),
+            row.gain.stars if row.gain else "",
             row.selector == BASELINE,
         )
-        for row in _largest(source, rows)
+        for row in source.figure_rows(source.tests.summaries)
     ]
 
 
-def _quality_marks(source: Source, rows: Sequence[QualityRow], name: str) -> list[Mark]:
-    means: list[tuple[str, Mean]] = [(row.selector, getattr(row, name)) for row in _largest(source, rows)]
+def quality_marks(source: Source, name: str) -> list[Mark]:
+    """A mark for each selection: a measure's mean, interval, the publication's, stars."""
+    rows: list[QualityRow] = source.figure_rows(source.tests.quality)
+    means: list[tuple[str, Mean]] = [(row.selector, getattr(row, name)) for row in rows]
     return [
         Mark(
             selector,
@@ -173,18 +235,29 @@ def _quality_marks(source: Source, rows: Sequence[QualityRow], name: str) -> lis
             mean.interval.low,
             mean.interval.high,
             mean.published,
-            text.stars(mean.against_general),
+            text.plain_stars(mean.welch_test),
             selector == BASELINE,
         )
         for selector, mean in means
     ]
 
 
+def _place(row: SummaryRow) -> str:
+    return f"{row.scene} {row.pool_label}".strip()
+
+
+def _curves(rows: Sequence[DistanceRow]) -> dict[str, dict[int, float]]:
+    curves: dict[str, dict[int, float]] = {}
+    for row in rows:
+        curves.setdefault(row.selector, {})[row.distance_cm] = row.success_rate
+    return curves
+
+
 def _published_curve(selector: str, distances: Sequence[int]) -> list[float] | None:
-    found = published_results().get(selector)
-    if found is None or not set(distances) <= set(found.by_distance):
+    known = published_results().get(selector)
+    if known is None or not set(distances) <= set(known.by_distance):
         return None
-    return [found.by_distance[distance].rate for distance in distances]
+    return [known.by_distance[distance].rate for distance in distances]
 
 
 def _one_decimal(value: float) -> str:

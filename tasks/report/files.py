@@ -36,7 +36,8 @@ def as_json(report: Report) -> str:
     """The report's tables and setup as JSON; an unbounded end of an interval is null."""
     record = {
         "study": report.name,
-        "summary": list(report.summary),
+        "verdict": list(report.verdict),
+        "overview": report.overview,
         "tables": [table.record() for table in report.tables],
         "setup": report.setup,
     }

@@ -15,7 +15,8 @@ FIGURES = "figures"
 
 def markdown(report: Report, *, figures: bool = True) -> str:
     """The whole report; without figures where there is no folder to link to."""
-    parts = [f"# Study {report.name}", *report.summary]
+    verdict = "\n".join(f"- {_escaped(sentence)}" for sentence in report.verdict)
+    parts = [f"# Study {report.name}", verdict, report.overview]
     for section in report.sections:
         parts += [f"## {section.title}", section.text]
         if figures:

@@ -1,74 +1,55 @@
-"""All that is needed to repeat a study: configuration, seeds, versions, pool, machine."""
+"""All that is needed to repeat a study: configuration, seeds, versions, pools, machine."""
 
 from __future__ import annotations
 
 import os
 import platform
+from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from plancurate import __version__, native
-from plancurate.tasks.report.source import Source
+from plancurate.tasks.study.comparison import flattened
+from plancurate.tasks.study.results import StudyResults
 
-LIBRARIES = ("torch", "prefect", "mlflow", "duckdb", "pyarrow", "numpy", "scipy", "scikit-learn", "statsmodels",
-             "pybullet", "toppra")  # fmt: skip
+LIBRARIES = ("torch", "prefect", "mlflow", "duckdb", "pyarrow", "numpy", "scipy", "scikit-learn", "pybullet",
+             "toppra")  # fmt: skip
 
 
-def setup(source: Source) -> dict[str, Any]:
+def setup(results: StudyResults) -> dict[str, Any]:
     """What was done with what; only values that JSON has."""
-    recorded = source.recorded
-    times = source.rows("selection_times")
+    study = results.study
     return {
-        "study": source.study,
+        "study": study.study,
         "command": "plancurate study --config config.yaml",
-        "recorded_at": str(recorded.get("created_at", "")),
-        "robot": recorded.get("robot", ""),
-        "scene": recorded.get("scene", ""),
-        "pool": recorded.get("pool", ""),
-        "pool_hash": ", ".join(sorted({row["pool_hash"] for row in times})),
-        "seeds": seeds(source.config),
-        "seconds_of_work": seconds(source),
-        "versions_of_the_study": {
-            "plancurate": recorded.get("package_version", ""),
-            "ompl": recorded.get("ompl_version", ""),
-        },
+        "run_at": str(study.run_at),
+        "robot": study.robot,
+        "pools": {f"{pool.scene} {pool.pool_label}".strip(): pool.pool for pool in study.pools},
+        "pool_hash": ", ".join(results.pool_hashes),
+        "seeds": seeds(study.config),
+        "seconds_of_work": {stage: round(found, 3) for stage, found in results.seconds.items()},
+        "versions_of_the_study": {"plancurate": study.package_version, "ompl": study.ompl_version},
         "versions_of_this_report": versions(),
         "machine_of_this_report": machine(),
-        "configuration": source.config,
+        "configuration": dict(study.config),
     }
 
 
-def seeds(config: dict[str, Any]) -> dict[str, Any]:
-    """Every seed of a configuration."""
-    if not config:
-        return {}
-    return {
-        "targets_and_planners": config["candidates"]["targets"]["seed"],
-        "selectors": config["selection_seeds"],
-        "training": config["seeds"],
-        "tests": config["evaluation"]["seed"],
-    }
-
-
-def seconds(source: Source) -> dict[str, float]:
-    """Seconds of work by stage, over all processes; empty where the study's configuration is not recorded."""
-    config = source.config
-    if not config:
-        return {}
-    query = source.query("seconds", planners=list(config["planners"]), n_targets=config["n_targets"])
-    return {stage: round(found or 0.0, 3) for stage, found in query.rows(source.lake)[0].items()}
+def seeds(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Every seed of a configuration, by its path in it."""
+    return {path: value for path, value in flattened(config).items() if path.endswith(("seed", "seeds"))}
 
 
 def versions() -> dict[str, str]:
     """Versions of the libraries that are installed now."""
-    found = {"plancurate": __version__, "ompl": native.ompl_version(), "python": platform.python_version()}
+    known = {"plancurate": __version__, "ompl": native.ompl_version(), "python": platform.python_version()}
     for name in LIBRARIES:
         try:
-            found[name] = version(name)
+            known[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            known[name] = "not installed"
+    return known
 
 
 def machine() -> dict[str, Any]:

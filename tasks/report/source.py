@@ -1,68 +1,83 @@
-"""Where a report's numbers come from: one study's queries, each asked once, its lines in one order."""
+"""What every table and figure of a report starts from: a study's results on one kind of test."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import TypeVar
 
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.report.commands import Query
-from plancurate.tasks.study.results import BASELINE, find_study
+from plancurate.tasks.study import text
+from plancurate.tasks.study.results import StudyResults
+from plancurate.tasks.study.rows import Cell, Row
+from plancurate.tasks.study.trial_results import Kind, KindResults
 
-Kind = Literal["displaced", "unseen"]
-Selection = tuple[str, int | None]
-"""Selector and budget (None: it has none)."""
+RowT = TypeVar("RowT", bound=Row)
 
 
+@dataclass(frozen=True)
 class Source:
-    """The results of one study on one kind of test."""
+    """A study's results on one kind of test."""
 
-    def __init__(self, lake: Lake, study: str, kind: Kind = "displaced") -> None:
-        """Find the study by its name; UnknownNameError when it has no trials."""
-        self.lake, self.study, self.kind = lake, find_study(lake, study), kind
-        self._asked: dict[str, list[dict[str, Any]]] = {}
+    results: StudyResults
+    kind: Kind
 
-    def query(self, name: str, **more: object) -> Query:
-        """The query sql/results/<name>.sql about this study."""
-        return Query(f"results/{name}", {"study": self.study, "kind": self.kind, **more})
+    @property
+    def tests(self) -> KindResults:
+        """Rows of the trials."""
+        return self.results.on(self.kind)
 
-    def rows(self, name: str) -> list[dict[str, Any]]:
-        """Rows of that query, best selection first and otherwise as the query orders them."""
-        if name not in self._asked:
-            rows = self.query(name).rows(self.lake)
-            self._asked[name] = sorted(rows, key=lambda row: self.order.index(selection(row)))
-        return self._asked[name]
+    def query(self, name: str, *, kind: bool = False) -> Query:
+        """The query sql/results/<name>.sql about this study, and about this kind of test where it asks for one."""
+        study = {"study": self.results.study.study}
+        return Query(f"results/{name}", study | {"kind": self.kind} if kind else study)
 
     @cached_property
-    def order(self) -> list[Selection]:
-        """Selections by success rate, best first."""
-        return [selection(row) for row in self.query("by_selector").rows(self.lake)]
+    def order(self) -> list[Cell]:
+        """Selections by scene, all scenes first, in each the best first."""
+        return [row.cell for row in self.tests.summaries]
 
     @cached_property
-    def largest(self) -> list[Selection]:
-        """The selections of the largest budget and those without a budget, best first."""
-        budgets = [budget for _, budget in self.order if budget is not None]
-        return [(name, budget) for name, budget in self.order if budget is None or budget == max(budgets)]
+    def groups(self) -> list[tuple[str, str]]:
+        """Scenes with their pool labels in the order of the tables."""
+        return list(dict.fromkeys((cell.scene, cell.pool_label) for cell in self.order))
+
+    @property
+    def headers(self) -> tuple[str, ...]:
+        """Heads of the columns that say which selection a line is about; scene and pool only where they differ."""
+        return (*(("scene",) if self._scenes else ()), *(("pool",) if self._labels else ()), "selector", "k")
+
+    def heads(self, row: Row) -> list[str]:
+        """Cells of those columns."""
+        return [*self.place(row), row.selector, text.budget(row.budget)]
+
+    def place(self, row: Row) -> list[str]:
+        """Scene and pool label of a row, where a study has several."""
+        return [*([row.scene] if self._scenes else []), *([row.pool_label] if self._labels else [])]
+
+    def figure_rows(self, rows: Sequence[RowT]) -> list[RowT]:
+        """Rows that figures show: the first scene's that has any, of the largest budget or without one."""
+        budgets = [row.budget for row in rows if row.budget is not None]
+        groups = [group for group in self.groups if any(row.group == group for row in rows)]
+        return [
+            row
+            for row in rows
+            if row.group == groups[0] and (row.budget is None or row.budget == max(budgets))
+        ]
+
+    def figure_note(self, rows: Sequence[Row]) -> str:
+        """What `figure_rows` leaves out, in words."""
+        shown = self.figure_rows(rows)
+        place = f"{text.group(shown[0]).capitalize()}." if shown and len(self.groups) > 1 else ""
+        budgets = {row.budget for row in rows if row.budget is not None}
+        budget = f"Selections of the largest budget, k = {max(budgets)}." if len(budgets) > 1 else ""
+        return f"{place} {budget}".strip()
 
     @cached_property
-    def config(self) -> dict[str, Any]:
-        """The study's configuration; empty where the lake does not record one."""
-        return dict(json.loads(self.recorded.get("config", "{}")))
+    def _scenes(self) -> bool:
+        return len({scene for scene, _ in self.groups}) > 1
 
     @cached_property
-    def recorded(self) -> dict[str, Any]:
-        """The study's row in `studies`; empty where there is none."""
-        rows = Query("results/study", {"study": self.study}).rows(self.lake)
-        return rows[0] if rows else {}
-
-
-def selection(row: Mapping[str, Any]) -> Selection:
-    """Selector and budget of a row."""
-    return row["selector"], row["budget"]
-
-
-def is_base(row: Mapping[str, Any]) -> bool:
-    """Whether the row is the baseline's, which keeps everything."""
-    return bool(row["selector"] == BASELINE)
+    def _labels(self) -> bool:
+        return len({label for _, label in self.groups}) > 1

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from plancurate.tasks.lake import Lake
-from plancurate.tasks.study.results import find_study
-from plancurate.tasks.study.statistics import Interval, Outcomes, Test, holm, rate_difference, wilson_interval
-
-Selection = tuple[str, int | None]
-"""Selector and budget (None: it has none)."""
-Counts = Mapping[str, Outcomes]
-"""Successes by policy."""
+from plancurate.tasks.study.against import cell
+from plancurate.tasks.study.bootstrap import Counts, paired_difference, pooled, rate_interval
+from plancurate.tasks.study.rows import Cell, Row
+from plancurate.tasks.study.statistics import Interval, Outcomes, Test, holm
+from plancurate.tasks.study.studies import recorded_study
+from plancurate.tasks.study.trial_results import Kind
+from plancurate.tasks.study.trials import Drawn, draw, network_trials
 
 
 @dataclass(frozen=True)
@@ -27,17 +26,13 @@ class FieldDifference:
 
 
 @dataclass(frozen=True)
-class RateDifference:
-    """Success of one selection in both studies over training seeds and `policies`; 1 is 100 %.
+class RateDifference(Row):
+    """Success of one selection in both studies over seeds and `policies`; 1 is 100 %.
 
-    Only policies that both studies tried on the selection count, or a difference could be one of policies.
-    z and p are of the pooled two-proportion test, z > 0: b is better. p_holm is adjusted for all rows of
-    the comparison, and the stars go by it. Every trial counts as independent, even one of a network that
-    both studies have.
+    Only policies that both studies tried on the selection count, or a difference could be one of policies. Intervals
+    and tests are bootstraps over seeds and test targets, drawn apart for each study; difference above 0: b is better.
     """
 
-    selector: str
-    budget: int | None
     policies: tuple[str, ...]
     a: Outcomes
     a_interval: Interval
@@ -45,56 +40,63 @@ class RateDifference:
     b_interval: Interval
     difference: float
     interval: Interval
-    z: float
     p: float
     p_holm: float
-
-    @property
-    def stars(self) -> str:
-        """Stars of the adjusted p value."""
-        return Test(self.z, self.p_holm).stars
+    """Adjusted for all rows of the comparison."""
+    stars: str
+    """By p_holm."""
 
 
 @dataclass(frozen=True)
 class StudyComparison:
-    """Study b against study a, by the names that `evaluations` calls them, on one kind of test."""
+    """Study b against study a, by their identifiers, on one kind of test."""
 
     a: str
     b: str
-    kind: str
+    kind: Kind
     fields: list[FieldDifference]
     results: list[RateDifference]
-    only_a: list[Selection]
-    only_b: list[Selection]
+    only_a: list[Cell]
+    only_b: list[Cell]
 
 
-def compare_studies(lake: Lake, a: str, b: str, kind: str = "displaced") -> StudyComparison:
-    """Compare two studies of full or plain names (the latest of several), a's best selection first.
+@dataclass(frozen=True, eq=False)
+class Tested:
+    """Success of a study by selection and policy: counts and bootstrap draws."""
 
-    kind of test: displaced or unseen. UnknownNameError for a study without trials.
-    """
-    name_a, name_b = find_study(lake, a), find_study(lake, b)
-    counts_a, counts_b = policy_counts(lake, name_a, kind), policy_counts(lake, name_b, kind)
+    counts: Mapping[Cell, Mapping[str, Outcomes]]
+    drawn: Mapping[Cell, Drawn]
+
+    def outcomes(self, key: Cell, policies: Sequence[str]) -> Outcomes:
+        """All trials of some policies on a selection."""
+        parts = [self.counts[key][policy] for policy in policies]
+        return Outcomes(sum(part.successes for part in parts), sum(part.n for part in parts))
+
+    def draws(self, key: Cell, policies: Sequence[str]) -> Counts:
+        """Draws of some policies on a selection."""
+        return pooled({policy: self.drawn[key].by_policy[policy] for policy in policies})
+
+
+def compare_studies(lake: Lake, a: str, b: str, kind: Kind = "displaced") -> StudyComparison:
+    """Compare two studies by their identifiers, a's best selection first; UnknownNameError for an unknown one."""
+    setup_a, setup_b = recorded_setup(lake, a), recorded_setup(lake, b)
+    tested_a, tested_b = tested(lake, a, kind, seed=0), tested(lake, b, kind, seed=1)
     return StudyComparison(
-        a=name_a,
-        b=name_b,
+        a=a,
+        b=b,
         kind=kind,
-        fields=field_differences(recorded_setup(lake, name_a), recorded_setup(lake, name_b)),
-        results=rate_differences(counts_a, counts_b),
-        only_a=[selection for selection in counts_a if selection not in counts_b],
-        only_b=[selection for selection in counts_b if selection not in counts_a],
+        fields=field_differences(setup_a, setup_b),
+        results=rate_differences(tested_a, tested_b),
+        only_a=[key for key in tested_a.counts if key not in tested_b.counts],
+        only_b=[key for key in tested_b.counts if key not in tested_a.counts],
     )
 
 
 def recorded_setup(lake: Lake, study: str) -> dict[str, Any]:
-    """A study's configuration and the versions it ran with, by field path; empty where none is recorded."""
-    rows = lake.query("results/study", study=study).to_pylist()
-    versions = ("package_version", "ompl_version")
-    return {
-        field: value
-        for row in rows
-        for field, value in flattened({**json.loads(row["config"]), **{v: row[v] for v in versions}}).items()
-    }
+    """A study's configuration and the versions it ran with, by field path."""
+    found = recorded_study(lake, study)
+    versions = {"package_version": found.package_version, "ompl_version": found.ompl_version}
+    return flattened({**found.config, **versions})
 
 
 def flattened(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -115,47 +117,38 @@ def field_differences(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[FieldD
     ]
 
 
-def policy_counts(lake: Lake, study: str, kind: str) -> dict[Selection, dict[str, Outcomes]]:
-    """Successes of a study over training seeds, of each selection by policy."""
-    counts: dict[Selection, dict[str, Outcomes]] = {}
-    for row in lake.query("results/by_policy_total", study=study, kind=kind).to_pylist():
-        by_policy = counts.setdefault((row["selector"], row["budget"]), {})
-        by_policy[row["policy"]] = Outcomes(row["successes"], row["n"])
-    return counts
+def tested(lake: Lake, study: str, kind: Kind, seed: int) -> Tested:
+    """Success of a study by selection and policy; another seed draws other test targets."""
+    counts: dict[Cell, dict[str, Outcomes]] = {}
+    for row in lake.query("results/by_policy", study=study, kind=kind).to_pylist():
+        counts.setdefault(cell(row), {})[row["policy"]] = Outcomes(row["successes"], row["n"])
+    trials = network_trials(lake.query("results/outcomes", study=study, kind=kind))
+    return Tested(counts, draw(trials, seed=seed))
 
 
-def rate_differences(a: Mapping[Selection, Counts], b: Mapping[Selection, Counts]) -> list[RateDifference]:
+def rate_differences(a: Tested, b: Tested) -> list[RateDifference]:
     """Differences b - a of the success rates of what both studies tested, a's best first; Holm over all."""
-    found = []
-    for selection, by_policy in a.items():
-        policies = tuple(policy for policy in by_policy if policy in b.get(selection, {}))
-        if policies:
-            pooled_a, pooled_b = (pooled(counts[selection], policies) for counts in (a, b))
-            found.append((selection, policies, pooled_a, pooled_b, rate_difference(pooled_b, pooled_a)))
-    adjusted = holm([difference.test.p for *_, difference in found])
+    shared = [
+        (key, policies)
+        for key, by_policy in a.counts.items()
+        if (policies := tuple(policy for policy in by_policy if policy in b.counts.get(key, {})))
+    ]
+    differences = [paired_difference(b.draws(*one), a.draws(*one)) for one in shared]
+    adjusted = holm([difference.test.p for difference in differences])
     rows = [
         RateDifference(
-            selector=selector,
-            budget=budget,
+            *key,
             policies=policies,
-            a=pooled_a,
-            a_interval=wilson_interval(pooled_a.successes, pooled_a.n),
-            b=pooled_b,
-            b_interval=wilson_interval(pooled_b.successes, pooled_b.n),
-            difference=difference.value,
-            interval=difference.interval,
-            z=difference.test.statistic,
+            a=a.outcomes(key, policies),
+            a_interval=rate_interval(a.draws(key, policies)),
+            b=b.outcomes(key, policies),
+            b_interval=rate_interval(b.draws(key, policies)),
+            difference=b.outcomes(key, policies).rate - a.outcomes(key, policies).rate,
+            interval=difference.interval(1.0),
             p=difference.test.p,
             p_holm=p_holm,
+            stars=Test(difference.test.statistic, p_holm).stars,
         )
-        for ((selector, budget), policies, pooled_a, pooled_b, difference), p_holm in zip(
-            found, adjusted, strict=True
-        )
+        for (key, policies), difference, p_holm in zip(shared, differences, adjusted, strict=True)
     ]
     return sorted(rows, key=lambda row: -row.a.rate)
-
-
-def pooled(by_policy: Counts, policies: Sequence[str]) -> Outcomes:
-    """All trials of these policies together."""
-    parts = [by_policy[policy] for policy in policies]
-    return Outcomes(sum(part.successes for part in parts), sum(part.n for part in parts))

@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     ValidationError,
     field_validator,
@@ -16,12 +14,11 @@ from pydantic import (
 )
 
 from plancurate import native
-from plancurate.bounds import Seed
+from plancurate.bounds import Seed, Settings
 from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import source_names
 from plancurate.tasks.curation.selector_choice import SelectorChoice
-from plancurate.tasks.learning.policies import policy_names
 from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.yaml_files import merged, read_mapping
 
@@ -31,15 +28,19 @@ BASIC_SELECTORS = (
     "General", "Random", "RuleBased_General", "KMeans", "DBSCAN", "Hierarchical",
     "KMeans_Hybrid", "DBSCAN_Hybrid", "Hierarchical_Hybrid",
 )  # fmt: skip
+POLICIES = ("BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN")
 Choice = Annotated[SelectorChoice, BeforeValidator(SelectorChoice.read)]
 
 
-class StudyConfig(BaseModel):
+class StudyConfig(Settings):
     """A whole study: candidates, selections, policies, tests. Every stage reads its part."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    name: str = Field("quick", pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", description="Name of the study.")
+    name: str = Field(
+        "quick",
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$",
+        max_length=100,  # a folder of the lake
+        description="Name of the study.",
+    )
     robot: str = Field("h2017", description="A registered robot, or a folder with robot.yaml and a URDF.")
     scenes: tuple[str, ...] = Field(
         ("free",), min_length=1, description="Registered scenes, or YAML files; one table goes across them."
@@ -60,7 +61,7 @@ class StudyConfig(BaseModel):
         "Empty: `candidates` as it is.",
     )
     selectors: tuple[Choice, ...] = Field(
-        tuple(SelectorChoice(name=name) for name in BASIC_SELECTORS),
+        tuple(SelectorChoice.model_construct(name=name) for name in BASIC_SELECTORS),
         min_length=1,
         description="Selectors to compare, by name or with parameters: {name: BehaviorRetrieval, task: shortest}.",
     )
@@ -68,7 +69,7 @@ class StudyConfig(BaseModel):
     selection_seeds: tuple[Seed, ...] = Field(
         (0,), min_length=1, description="Seeds of the selectors that draw at random."
     )
-    policies: tuple[str, ...] = Field(tuple(policy_names()), min_length=1, description="Policies to train.")
+    policies: tuple[str, ...] = Field(POLICIES, min_length=1, description="Policies to train.")
     seeds: tuple[Seed, ...] = Field((0,), min_length=1, description="Training seeds.")
     training: TrainSettings = Field(TrainSettings(), description="Networks and optimisation.")
     evaluation: EvaluateSettings = Field(EvaluateSettings(), description="Tests and rollouts.")
@@ -120,6 +121,8 @@ class StudyConfig(BaseModel):
     @field_validator("policies")
     @classmethod
     def _known_policies(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        from plancurate.tasks.learning.policies import policy_names  # torch: no --help needs it
+
         return known("policy", names, policy_names())
 
     @property
@@ -133,7 +136,9 @@ class StudyConfig(BaseModel):
         try:
             return GenerateSettings.model_validate(values)
         except ValidationError as error:
-            raise PlancurateError(first_problem(f"pools.{label}", error)) from None
+            raise PlancurateError(
+                first_problem(f"pools.{label}.{field_of(error)}", error, GenerateSettings)
+            ) from None
 
 
 def known(kind: str, names: tuple[str, ...], valid: list[str]) -> tuple[str, ...]:
@@ -164,7 +169,7 @@ def load_config(preset: str, file: Path | None, options: dict[str, Any]) -> Stud
     except ValidationError as error:
         field = field_of(error)
         source = f"--{field.replace('_', '-')}" if holds(options, field) else f"{file or preset}: {field}"
-        raise PlancurateError(first_problem(source, error)) from None
+        raise PlancurateError(first_problem(source, error, StudyConfig)) from None
 
 
 def holds(values: dict[str, Any], field: str) -> bool:

@@ -10,7 +10,8 @@ from plancurate.tasks.learning.policies.serving import ServedPolicy
 from plancurate.tasks.study.context import StudyContext
 from plancurate.tasks.study.evaluations import evaluation_id
 from plancurate.tasks.study.networks import Network, load_network, network_folder
-from plancurate.tasks.study.results import ResultRow, result_rows
+from plancurate.tasks.study.results import headline_networks
+from plancurate.tasks.study.rows import ResultRow
 from plancurate.tasks.study.selections import make_selection
 from plancurate.tasks.study.tracking import ChildRun, StudyRun, ensure_store, log_child, start_study
 
@@ -30,7 +31,7 @@ def open_parent_run(study: StudyContext) -> StudyRun:
 
 def log_networks(study: StudyContext, run: StudyRun, networks: Sequence[Network]) -> None:
     """Record one child run for each of these networks, unless an earlier run of the study did."""
-    rows = {cell_of_row(row): row for row in result_rows(study.lake, study.study)}
+    rows = {cell_of_row(row): row for row in headline_networks(study.lake, study.study)}
     for network in networks:
         log_child(run, child_run(study, network, rows[cell_of_network(study, network)]))
 

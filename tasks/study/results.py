@@ -1,118 +1,82 @@
-"""Result rows of a study: counts and means from SQL, intervals and tests from statistics."""
+"""All results of a study, computed here and nowhere else: who shows them only formats them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
-from plancurate.errors import UnknownNameError
+from plancurate.errors import PlancurateError
 from plancurate.tasks.lake import Lake
-from plancurate.tasks.study.statistics import two_proportion_test, wilson_interval
+from plancurate.tasks.study.pools import study_pools
+from plancurate.tasks.study.rows import BelowRandomRow, CoverageRow, PlannerRow, PoolRow, ResultRow, TimeRow
+from plancurate.tasks.study.selection_results import (
+    below_random_rows,
+    coverage_rows,
+    planner_rows,
+    time_rows,
+)
+from plancurate.tasks.study.studies import Study, recorded_study
+from plancurate.tasks.study.trial_results import Kind, KindResults, in_order, kind_results, network_rows
 
-BASELINE = "General"
-REPORT_FIELDS = (
-    "selector", "budget", "policy", "seed", "n", "successes", "success_rate", "ci_low", "ci_high",
-    "settled_rate", "final_distance", "path_length", "joint_movement", "selection_time_s", "n_kept",
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class ResultRow:
-    """A policy trained on one selection with one seed; distances in m, joint movement in rad, time in s."""
-
-    scene: str
-    pool_label: str
-    selection_seed: int
-    selector: str
-    budget: int | None
-    policy: str
-    seed: int
-    n: int
-    successes: int
-    success_rate: float
-    ci_low: float
-    ci_high: float
-    settled_rate: float
-    settled_ci_low: float
-    settled_ci_high: float
-    final_distance: float
-    path_length: float
-    joint_movement: float
-    selection_time_s: float
-    n_kept: int
-
-    def report(self) -> dict[str, Any]:
-        """The fields of the printed table, in its order."""
-        values = asdict(self)
-        return {name: values[name] for name in REPORT_FIELDS}
+KINDS: tuple[Kind, ...] = ("unseen", "displaced")  # the more telling one first
 
 
 @dataclass(frozen=True)
-class SummaryRow:
-    """A selection over all policies and seeds; z, p and stars compare its success rate with General's."""
+class StudyResults:
+    """All results of a study."""
 
-    selector: str
-    budget: int | None
-    n: int
-    successes: int
-    success_rate: float
-    ci_low: float
-    ci_high: float
-    settled_rate: float
-    settled_ci_low: float
-    settled_ci_high: float
-    final_distance: float
-    path_length: float
-    joint_movement: float
-    selection_time_s: float
-    n_kept: float
-    z: float | None
-    p: float | None
-    stars: str | None
+    study: Study
+    tests: Mapping[Kind, KindResults]
+    """Those kinds of test that the study has, the one for headlines first."""
+    pools: list[PoolRow]
+    times: list[TimeRow]
+    coverage: list[CoverageRow]
+    planners: list[PlannerRow]
+    below_random: list[BelowRandomRow]
+    pool_hashes: list[str]
+    seconds: Mapping[str, float]
+    """Of work by stage, over all processes."""
 
+    def on(self, kind: Kind) -> KindResults:
+        """The results on one kind of test; PlancurateError when the study has none."""
+        if kind not in self.tests:
+            raise PlancurateError(
+                f"study {self.study.study}: no {kind} tests; it has {', '.join(self.tests)}"
+            )
+        return self.tests[kind]
 
-def find_study(lake: Lake, name: str) -> str:
-    """The study (as `evaluations` calls it) of that full or plain name, the latest of several.
-
-    UnknownNameError when no trial belongs to such a study.
-    """
-    studies = lake.query("results/studies").to_pylist()
-    for study in studies:  # latest first
-        if name in (study["study"], study["name"]):
-            return str(study["study"])
-    raise UnknownNameError("study", name, {s["name"] or s["study"] for s in studies})
+    @property
+    def headline(self) -> KindResults:
+        """The results to show first."""
+        return next(iter(self.tests.values()))
 
 
-def result_rows(lake: Lake, study: str, kind: str = "displaced") -> list[ResultRow]:
-    """One row per selector, budget, policy and seed, in that order; kind of test: displaced or unseen."""
-    rows = lake.query("results/by_policy", study=find_study(lake, study), kind=kind).to_pylist()
-    return [ResultRow(**_with_rates(row)) for row in rows]
+def study_results(lake: Lake, study: str) -> StudyResults:
+    """Compute every result of a study, by its identifier; PlancurateError when it has no trials yet."""
+    record = recorded_study(lake, study)
+    tests = {kind: found for kind in KINDS if (found := kind_results(lake, study, kind)).networks}
+    if not tests:
+        raise PlancurateError(f"study {study}: nothing is tested yet; run the study to its end")
+    summaries = next(iter(tests.values())).summaries
+    times, coverage, planners, (seconds,) = (
+        lake.query(f"results/{name}", study=study).to_pylist()
+        for name in ("selection_times", "coverage", "planners_kept", "seconds")
+    )
+    covered = in_order(coverage_rows(coverage), summaries)
+    return StudyResults(
+        study=record,
+        tests=tests,
+        pools=study_pools(lake, study),
+        times=in_order(time_rows(times), summaries),
+        coverage=covered,
+        planners=in_order(planner_rows(planners), summaries),
+        below_random=below_random_rows(summaries, covered),
+        pool_hashes=sorted({row["pool_hash"] for row in times}),
+        seconds={stage: found or 0.0 for stage, found in seconds.items()},
+    )
 
 
-def summary_rows(lake: Lake, study: str, kind: str = "displaced") -> list[SummaryRow]:
-    """One row per selector and budget over all policies and seeds, best success rate first."""
-    rows = lake.query("results/by_selector", study=find_study(lake, study), kind=kind).to_pylist()
-    base = next((row for row in rows if row["selector"] == BASELINE), None)
-    return [SummaryRow(**_with_rates(row), **_against(row, base)) for row in rows]
-
-
-def _with_rates(row: Mapping[str, Any]) -> dict[str, Any]:
-    n, settled = row["n"], row["settled"]
-    success, settling = wilson_interval(row["successes"], n), wilson_interval(settled, n)
-    return {
-        **{name: value for name, value in row.items() if name != "settled"},
-        "success_rate": row["successes"] / n,
-        "ci_low": success.low,
-        "ci_high": success.high,
-        "settled_rate": settled / n,
-        "settled_ci_low": settling.low,
-        "settled_ci_high": settling.high,
-    }
-
-
-def _against(row: Mapping[str, Any], base: Mapping[str, Any] | None) -> dict[str, Any]:
-    if base is None or row is base:
-        return {"z": None, "p": None, "stars": None}
-    test = two_proportion_test(row["successes"], row["n"], base["successes"], base["n"])
-    return {"z": test.statistic, "p": test.p, "stars": test.stars}
+def headline_networks(lake: Lake, study: str) -> list[ResultRow]:
+    """Result rows of a study's networks on the kind of test for headlines, without anything that takes time."""
+    rows = (network_rows(lake, study, kind) for kind in KINDS)
+    return next(filter(None, rows), [])

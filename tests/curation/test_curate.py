@@ -132,9 +132,14 @@ def test_general_keeps_all_whatever_the_budget(small_lake: Lake) -> None:
             "KMeans_Hybrid",
             1,
             {"scaling": "max"},
-            "parameter scaling='max': Input should be 'zscore'",
+            "parameter scaling = 'max': Input should be 'zscore'",
         ),
-        ("KMeans", 1, {"scaling": "raw"}, r"parameter scaling='raw': Extra inputs .*\(parameters: n_init\)"),
+        (
+            "KMeans",
+            1,
+            {"scaling": "raw"},
+            r"parameter scaling = 'raw': Extra inputs .*\(parameters: n_init\)",
+        ),
         ("DBSCAN", 1, {"min_samples": 7}, "every candidate is noise"),
     ],
 )

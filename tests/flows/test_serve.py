@@ -1,9 +1,8 @@
-"""`make serve`: the real services, and a deployment run by a real worker."""
+"""`plancurate serve`: the real services, a deployment run by a real worker, by hand and by its schedule."""
 
 from __future__ import annotations
 
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -11,6 +10,7 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +18,23 @@ import pytest
 from prefect.client.orchestration import SyncPrefectClient
 from prefect.settings import temporary_settings
 
-from plancurate.flows.server.serve import deploy, main
+from plancurate.flows.server.deployments import deploy
+from plancurate.flows.server.locks import read_note
 from plancurate.flows.server.services import healthy
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
 
+from ..homes import NewHome
+
 ROOT = Path(__file__).parents[2]
 FINAL = {"COMPLETED", "FAILED", "CRASHED", "CANCELLED"}
+ONE_TARGET = {"config": {"name": "served", "n_targets": 1, "planners": ["RRTConnect"]}}
+UNCONFIGURED = ("PREFECT_API_URL", "MLFLOW_TRACKING_URI")
 
 
 @dataclass
 class Serving:
-    """A `make serve` that is ready."""
+    """A `plancurate serve` that is ready."""
 
     process: subprocess.Popen[str]
     home: Home
@@ -37,43 +42,90 @@ class Serving:
     mlflow: str
 
 
-@pytest.fixture(scope="module")
-def serving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Serving]:
-    home = Home(tmp_path_factory.mktemp("served"))
-    command = [sys.executable, "-m", "plancurate.flows.server.serve", "--home", str(home.root)]
-    kept = {
-        name: value
-        for name, value in os.environ.items()
-        if name not in ("PREFECT_API_URL", "MLFLOW_TRACKING_URI")
-    }
-    kept["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
-    process = subprocess.Popen(command, cwd=ROOT, env=kept, stderr=subprocess.PIPE, text=True)
+def serve(home: Home) -> subprocess.Popen[str]:
+    """Serve a home from a folder that is not the repository."""
+    kept = {name: value for name, value in os.environ.items() if name not in UNCONFIGURED}
+    kept["PYTHONPATH"] = os.pathsep.join(str(Path(path).absolute()) for path in sys.path if path)
+    words = ["from plancurate.flows.cli.app import main; main()", "serve", "--home", str(home.root)]
+    command = [sys.executable, "-c", *words]
+    return subprocess.Popen(command, cwd=home.root, env=kept, stderr=subprocess.PIPE, text=True)
+
+
+def ready(home: Home) -> Serving:
+    """Serve a home and wait until everything answers."""
+    process = serve(home)
     said = ""
     while "Ctrl-C" not in said and (line := process.stderr.readline()):
         said += line
-    addresses = re.findall(r"http://127\.0\.0\.1:\d+", said)
-    assert len(addresses) == 2, said
+    note = read_note(home.prefect / "serve.lock")
+    assert note is not None, said
+    assert (note["pid"], note["prefect"] in said, note["mlflow"] in said) == (process.pid, True, True)
+    return Serving(process, home, note["prefect"], note["mlflow"])
+
+
+@pytest.fixture(scope="module")
+def home(new_home: NewHome, tmp_path_factory: pytest.TempPathFactory) -> Home:
+    return Home(new_home(tmp_path_factory.mktemp("served")))
+
+
+@pytest.fixture(scope="module")
+def serving(home: Home) -> Iterator[Serving]:
+    """The services that the tests share: they take longer to start than all that is asked of them."""
+    served = ready(home)
     try:
-        yield Serving(process, home, *addresses)
+        yield served
     finally:
-        process.kill()
-        process.communicate()
+        served.process.kill()
+        served.process.communicate()
 
 
-def request(serving: Serving, method: str, path: str, **body: Any) -> Any:
+@pytest.fixture
+def restarted(home: Home) -> Iterator[Serving]:
+    """The same home, served again after the process before it was killed."""
+    served = ready(home)
+    try:
+        yield served
+    finally:
+        served.process.kill()
+        served.process.communicate()
+
+
+def request(serving: Serving, method: str, path: str, body: Any = None) -> Any:
     with SyncPrefectClient(f"{serving.prefect}/api") as client:
-        return client._client.request(method, path, json=body or None).json()
+        answer = client._client.request(method, path, json=body)
+        return answer.json() if answer.content else None
 
 
-def commands() -> Iterator[str]:
-    """Command lines of all processes, where the system lists them as files."""
+def ended(serving: Serving, run_id: str) -> dict[str, Any]:
+    """Wait for a flow run, which must complete."""
+    run: dict[str, Any] = {"state_type": "SCHEDULED"}
+    deadline = time.monotonic() + 120
+    while run["state_type"] not in FINAL and time.monotonic() < deadline:
+        time.sleep(0.5)
+        run = request(serving, "GET", f"/flow_runs/{run_id}")
+    assert run["state_type"] == "COMPLETED", (serving.home.prefect / "worker.log").read_text()
+    return run
+
+
+def processes(home: Home) -> list[str]:
+    """Command lines of the processes that work on a home, where the system lists them as files."""
+    lines = []
     for file in Path("/proc").glob("[0-9]*/cmdline"):
         with suppress(OSError):  # it has just ended
-            yield file.read_text()
+            lines.append(file.read_text())
+    return [line for line in lines if str(home.root) in line]
+
+
+def all_gone(home: Home, seconds: float) -> bool:
+    """Whether no process works on a home within so many seconds."""
+    deadline = time.monotonic() + seconds
+    while processes(home) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    return not processes(home)
 
 
 def test_every_deployment_has_a_description_a_form_and_a_limit(serving: Serving) -> None:
-    deployments = {item["name"]: item for item in request(serving, "POST", "/deployments/filter")}
+    deployments = {item["name"]: item for item in request(serving, "POST", "/deployments/filter", {})}
     assert set(deployments) == {"study", "generate", "curate", "train"}
     for name, deployment in deployments.items():
         assert deployment["description"]
@@ -87,20 +139,35 @@ def test_every_deployment_has_a_description_a_form_and_a_limit(serving: Serving)
 
 
 def test_a_deployment_runs_through_the_worker_and_fills_the_served_home(serving: Serving) -> None:
-    deployment = request(serving, "GET", "/deployments/name/generate/generate")
-    config = {"name": "served", "n_targets": 1, "planners": ["RRTConnect"]}
-    run = request(
-        serving, "POST", f"/deployments/{deployment['id']}/create_flow_run", parameters={"config": config}
-    )
-    deadline = time.monotonic() + 120
-    while run["state_type"] not in FINAL and time.monotonic() < deadline:
-        time.sleep(0.5)
-        run = request(serving, "GET", f"/flow_runs/{run['id']}")
-    log = (serving.home.prefect / "worker.log").read_text()
-    assert run["state_type"] == "COMPLETED", log
-    assert run["name"] == "generate served"
+    generate = request(serving, "GET", "/deployments/name/generate/generate")["id"]
+    run = request(serving, "POST", f"/deployments/{generate}/create_flow_run", {"parameters": ONE_TARGET})
+    assert ended(serving, run["id"])["name"] == "generate served"
     rows = Lake(serving.home.lake).connect().sql("SELECT DISTINCT planner FROM trajectories").fetchall()
     assert rows == [("RRTConnect",)]
+
+
+def test_a_schedule_of_a_minute_starts_a_run_that_completes(serving: Serving) -> None:
+    generate = request(serving, "GET", "/deployments/name/generate/generate")["id"]
+    first = datetime.now(UTC) + timedelta(seconds=15)
+    minute = {"interval": 60, "anchor_date": first.isoformat()}
+    plan = [{"schedule": minute, "active": True, "parameters": ONE_TARGET}]
+    (schedule,) = request(serving, "POST", f"/deployments/{generate}/schedules", plan)
+    by_schedule = {
+        "flow_runs": {"deployment_id": {"any_": [generate]}, "state": {"type": {"any_": ["SCHEDULED"]}}}
+    }
+    planned: list[dict[str, Any]] = []
+    deadline = time.monotonic() + 30
+    while not planned and time.monotonic() < deadline:
+        time.sleep(0.5)
+        planned = request(
+            serving, "POST", "/flow_runs/filter", by_schedule | {"sort": "EXPECTED_START_TIME_ASC"}
+        )
+    assert planned, (serving.home.prefect / "server.log").read_text()
+    run = ended(serving, planned[0]["id"])
+    request(serving, "DELETE", f"/deployments/{generate}/schedules/{schedule['id']}")
+    assert run["auto_scheduled"]
+    assert (run["created_by"]["type"], run["created_by"]["id"]) == ("SCHEDULE", schedule["id"])
+    assert run["start_time"] >= run["expected_start_time"]
 
 
 def test_a_schedule_that_was_switched_on_stays_on(serving: Serving, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -110,7 +177,7 @@ def test_a_schedule_that_was_switched_on_stays_on(serving: Serving, monkeypatch:
         client.update_deployment_schedule(study["id"], nightly["id"], active=True)
     monkeypatch.setenv("PREFECT_API_URL", f"{serving.prefect}/api")
     with temporary_settings({"api.url": f"{serving.prefect}/api"}):
-        deploy(serving.home, ROOT)
+        deploy(serving.home.prefect / "deploy.log")
     (nightly,) = request(serving, "GET", "/deployments/name/study/study")["schedules"]
     assert nightly["active"]
 
@@ -119,24 +186,36 @@ def test_mlflow_answers(serving: Serving) -> None:
     assert healthy(serving.mlflow)
 
 
-def test_ctrl_c_stops_everything(serving: Serving) -> None:
-    serving.process.send_signal(signal.SIGINT)
-    said = serving.process.communicate(timeout=60)[1]
-    assert serving.process.returncode == 0
-    assert said.strip().endswith("stopped")
-    assert not healthy(f"{serving.prefect}/api")
-    assert not healthy(serving.mlflow)
-    here = str(serving.home.root)
-    commands = (
-        [path.read_text() for path in Path("/proc").glob("[0-9]*/cmdline")] if Path("/proc").exists() else []
+def test_serving_a_second_time_says_who_serves_where(serving: Serving) -> None:
+    second = serve(serving.home)
+    said = second.communicate(timeout=60)[1]
+    assert second.returncode == 0
+    assert said == (
+        f"{serving.home.root} is served already by process {serving.process.pid}: "
+        f"Prefect {serving.prefect}, MLflow {serving.mlflow}\n"
     )
-    assert not [command for command in commands if here in command]
 
 
-def test_serving_elsewhere_than_in_the_repository_is_said_in_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_killed_services_end_and_start_again(serving: Serving) -> None:
+    serving.process.kill()
+    assert all_gone(serving.home, seconds=30)
+
+
+def test_a_killed_prefect_server_is_said_and_ends_everything(
+    restarted: Serving, expected_in_logs: list[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["--home", str(tmp_path / "home")]) == 2
-    assert "prefect.yaml: no such file" in capsys.readouterr().err
-    assert not (tmp_path / "home").exists()
+    os.kill(read_note(restarted.home.prefect / "server.lock")["pid"], signal.SIGKILL)
+    said = restarted.process.communicate(timeout=60)[1]
+    assert restarted.process.returncode == 2
+    assert "server.log: this service ended by itself" in said
+    assert len(said.splitlines()) == 1
+    assert all_gone(restarted.home, seconds=30)
+
+
+def test_ctrl_c_stops_everything(restarted: Serving) -> None:
+    restarted.process.send_signal(signal.SIGINT)
+    said = restarted.process.communicate(timeout=60)[1]
+    assert (restarted.process.returncode, said) == (0, "stopped\n")
+    assert not healthy(f"{restarted.prefect}/api")
+    assert not healthy(restarted.mlflow)
+    assert not processes(restarted.home)

@@ -19,6 +19,8 @@ from plancurate.flows.server.prefect_server import prefect_server
 from plancurate.flows.server.services import healthy
 from plancurate.tasks.lake.home import Home
 
+from ..homes import NewHome
+
 SHORT = """
 import sys
 from plancurate.tasks.lake.home import Home
@@ -61,9 +63,9 @@ def unconfigured(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def home(tmp_path_factory: pytest.TempPathFactory) -> Home:
-    """One home for all tests: making Prefect's tables takes longer than everything else."""
-    return Home(tmp_path_factory.mktemp("home"))
+def home(new_home: NewHome, tmp_path_factory: pytest.TempPathFactory) -> Home:
+    """One home for all tests."""
+    return Home(new_home(tmp_path_factory.mktemp("home")))
 
 
 @pytest.fixture
@@ -190,7 +192,8 @@ def test_a_configured_server_that_does_not_answer_is_said_in_one_line(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_server_that_can_not_start_is_said_in_one_line(tmp_path: Path) -> None:
+def test_a_server_that_can_not_start_is_said_in_one_line(tmp_path: Path, expected_in_logs: list[str]) -> None:
+    expected_in_logs.append("unable to open database file")
     home = Home(tmp_path)
     (home.prefect / "prefect.db").mkdir(parents=True)
     complaint = pytest.raises(PlancurateError, match=r"server\.log: the Prefect server did not start")

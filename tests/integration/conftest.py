@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -11,14 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from ..homes import environment
+from ..service_logs import expected_in_logs, no_traceback, no_traceback_in_the_end
+
+__all__ = ["expected_in_logs", "no_traceback", "no_traceback_in_the_end"]
+
 Command = Callable[..., subprocess.CompletedProcess[str]]
-UNCONFIGURED = ("PREFECT_API_URL", "MLFLOW_TRACKING_URI", "PLANCURATE_HOME")
-
-
-def environment(**variables: str) -> dict[str, str]:
-    """Return this process's environment without what a user may have configured, plus variables."""
-    kept = {name: value for name, value in os.environ.items() if name not in UNCONFIGURED}
-    return kept | variables
 
 
 def command_line(*words: str) -> list[str]:

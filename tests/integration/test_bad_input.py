@@ -11,7 +11,8 @@ import yaml
 import plancurate.robots
 from plancurate.flows.cli.app import main
 
-from .conftest import UNCONFIGURED, Studied
+from ..homes import UNCONFIGURED, NewHome
+from .conftest import Command, Studied
 
 ROBOT = Path(plancurate.robots.__file__).parent / "h2017"
 
@@ -102,25 +103,32 @@ def test_a_start_in_collision_is_refused(tmp_path: Path, capsys: pytest.CaptureF
 
 
 def test_targets_that_nothing_can_reach_are_reported(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    new_home: NewHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    home = new_home(tmp_path / "home")
     file = tmp_path / "far.yaml"
     file.write_text("candidates: {targets: {range_m: 50.0, max_tries: 5}}\n")
-    line = complaint(
-        capsys, "generate", "--preset", "smoke", "--config", str(file), "--home", str(tmp_path / "home")
-    )
+    line = complaint(capsys, "generate", "--preset", "smoke", "--config", str(file), "--home", str(home))
     assert "reaches none of 5 positions" in line
 
 
-def test_an_empty_pool_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    line = complaint(capsys, "curate", "--preset", "smoke", "--home", str(tmp_path / "home"))
+def test_an_empty_pool_is_reported(
+    new_home: NewHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    home = new_home(tmp_path / "home")
+    line = complaint(capsys, "curate", "--preset", "smoke", "--home", str(home))
     assert "generate" in line
 
 
-def test_a_budget_larger_than_a_cluster_is_reported(
-    smoke: Studied, capsys: pytest.CaptureFixture[str]
+def test_a_budget_larger_than_a_cluster_is_reported_and_nothing_else_is_said(
+    smoke: Studied, plancurate: Command
 ) -> None:
-    line = complaint(capsys, "curate", "--preset", "smoke", "--budgets", "500", "--home", str(smoke.home))
+    done = plancurate("curate", "--preset", "smoke", "--budgets", "500", "--home", str(smoke.home))
+    heading, line = (
+        done.stderr.splitlines()
+    )  # what a failed task holds must not be left when the process ends
+    assert (done.returncode, heading) == (2, f"curate smoke  {smoke.home}")
+    assert line.startswith("plancurate: ")
     assert "500" in line
 
 
@@ -170,12 +178,13 @@ def test_an_unreachable_prefect_server_is_reported(
 
 
 def test_an_unreachable_mlflow_server_is_reported_before_any_work(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    new_home: NewHome, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    home = new_home(tmp_path / "home")
     monkeypatch.setenv("MLFLOW_TRACKING_URI", "http://127.0.0.1:9")
-    line = complaint(capsys, "study", "--preset", "smoke", "--home", str(tmp_path / "home"))
+    line = complaint(capsys, "study", "--preset", "smoke", "--home", str(home))
     assert "http://127.0.0.1:9" in line
-    assert not (tmp_path / "home" / "lake").exists()
+    assert not (home / "lake").exists()
 
 
 def test_a_missing_lake_and_an_unknown_study_are_reported(

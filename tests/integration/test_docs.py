@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import Command, Studied, environment
+from ..homes import environment
+from .conftest import Command, Studied
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from .conftest import Studied, environment
+from ..homes import environment
+from .conftest import Studied
 
 NOTEBOOK = """
 import sys

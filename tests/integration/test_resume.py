@@ -11,7 +11,8 @@ from plancurate import sql
 from plancurate.tasks.lake import Lake
 from plancurate.tasks.study.config import load_config
 
-from .conftest import Command, Studied, command_line, environment
+from ..homes import NewHome, environment
+from .conftest import Command, Studied, command_line
 
 TIMEOUT_S = 240
 
@@ -35,8 +36,9 @@ def content(home: Path, statement: str) -> list[dict[str, object]]:
 
 
 def test_a_killed_generate_goes_on_without_duplicates(
-    smoke: Studied, plancurate: Command, tmp_path: Path
+    smoke: Studied, plancurate: Command, new_home: NewHome, tmp_path: Path
 ) -> None:
+    new_home(tmp_path)
     words = ["generate", "--preset", "smoke", "--home", str(tmp_path)]
     kill_after_parts(words, tmp_path, "trajectories", 3)
     assert plancurate(*words).returncode == 0
@@ -49,8 +51,9 @@ def test_a_killed_generate_goes_on_without_duplicates(
 
 
 def test_a_killed_evaluate_goes_on_without_duplicates(
-    smoke: Studied, plancurate: Command, tmp_path: Path
+    smoke: Studied, plancurate: Command, new_home: NewHome, tmp_path: Path
 ) -> None:
+    new_home(tmp_path)
     words = ["study", "--preset", "smoke", "--home", str(tmp_path)]
     kill_after_parts(words, tmp_path, "evaluations", 2)
     done = plancurate(*words)

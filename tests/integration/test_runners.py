@@ -8,6 +8,7 @@ import pytest
 
 from plancurate.tasks.lake import Lake
 
+from ..homes import NewHome
 from .conftest import Command
 
 TINY = """
@@ -29,7 +30,6 @@ ROWS = (
 
 def rows(plancurate: Command, home: Path, runner: str) -> list[list[dict[str, object]]]:
     """Run the tiny study in a home of its own and return what it wrote."""
-    home.mkdir()
     file = home / "tiny.yaml"
     file.write_text(f"{TINY}runner: {runner}\n")
     done = plancurate("study", "--config", str(file), "--name", "tiny", "--home", str(home))
@@ -39,14 +39,18 @@ def rows(plancurate: Command, home: Path, runner: str) -> list[list[dict[str, ob
 
 @pytest.fixture(scope="module")
 def on_threads(
-    plancurate: Command, tmp_path_factory: pytest.TempPathFactory
+    plancurate: Command, new_home: NewHome, tmp_path_factory: pytest.TempPathFactory
 ) -> list[list[dict[str, object]]]:
-    return rows(plancurate, tmp_path_factory.mktemp("threads") / "home", "threads")
+    return rows(plancurate, new_home(tmp_path_factory.mktemp("threads")), "threads")
 
 
 @pytest.mark.parametrize("runner", ["processes", "dask"])
 def test_a_study_writes_the_same_rows_on_every_runner(
-    plancurate: Command, on_threads: list[list[dict[str, object]]], tmp_path: Path, runner: str
+    plancurate: Command,
+    on_threads: list[list[dict[str, object]]],
+    new_home: NewHome,
+    tmp_path: Path,
+    runner: str,
 ) -> None:
     assert all(on_threads)
-    assert rows(plancurate, tmp_path / "home", runner) == on_threads
+    assert rows(plancurate, new_home(tmp_path), runner) == on_threads

@@ -19,6 +19,7 @@ from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.results import REPORT_FIELDS
 from plancurate.tasks.study.statistics import wilson_interval
 
+from ..homes import NewHome
 from .conftest import Command, Studied
 
 SMOKE = load_config("smoke", None, {})
@@ -106,7 +107,10 @@ def test_a_larger_study_reuses_what_is_there(smoke: Studied, plancurate: Command
     assert new == {("RRTConnect", 2), ("EST", 0), ("EST", 1), ("EST", 2)}
 
 
-def test_prefect_recorded_every_task_run_that_was_executed(plancurate: Command, tmp_path: Path) -> None:
+def test_prefect_recorded_every_task_run_that_was_executed(
+    plancurate: Command, new_home: NewHome, tmp_path: Path
+) -> None:
+    new_home(tmp_path)
     words = ("generate", "--preset", "smoke", "--home", str(tmp_path))
     assert plancurate(*words).returncode == 0
     with prefect_server(Home.resolve(tmp_path)):

@@ -79,8 +79,10 @@ def test_how_fast_a_path_was_passed_does_not_matter(q: np.ndarray, step: float, 
 
 
 def test_a_whole_number_of_steps_leaves_no_tiny_last_one() -> None:
-    q = np.linspace(0, 0.3, 8)[:, None]
-    np.testing.assert_allclose(resampled(q, 0.1), [[0], [0.1], [0.2], [0.3]], atol=1e-12)
+    for end in (0.3, 3 * 0.1, 0.3 + 1e-12):
+        found = resampled(np.array([[0.0], [0.1], [0.17], [end]]), 0.1)
+        np.testing.assert_allclose(found, [[0], [0.1], [0.2], [end]], atol=1e-11)
+        assert found[-1] == end
     np.testing.assert_array_equal(resampled(np.full((5, 2), 0.7), 0.1), [[0.7, 0.7]])
 
 

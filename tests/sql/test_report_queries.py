@@ -5,119 +5,89 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import pyarrow as pa
 import pytest
 
 from plancurate.tasks.lake import Lake
-from plancurate.tasks.lake.schema import table
 
-POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
-STUDY = "tiny-abc"
-
-
-def trials(
-    selector: str, budget: int | None, policy: str, seed: int, outcomes: str, kind: str = "displaced"
-) -> pa.Table:
-    """One trial a letter: S settled, R reached only, . missed; the second half is 1 cm away."""
-    rows = [
-        {
-            "evaluation_id": f"{selector}-{policy}-{seed}-{kind}", "selection_id": f"{selector}-{budget}",
-            "selector": selector, "budget": budget, "policy": policy, "seed": seed, "n_kept": 4,
-            "selection_time_s": 0.5, "train_s": 1.0, "test_id": i, "kind": kind,
-            "target_id": 0 if kind == "displaced" else None,
-            "distance_cm": 2 * i // len(outcomes) if kind == "displaced" else None,
-            "x": 0.0, "y": 0.0, "z": 0.0, "success": outcome in "SR", "settled": outcome == "S",
-            "reached": outcome != ".", "collided": False, "out_of_limits": False, "steps": 10,
-            "final_distance": 0.01 * (i + 1), "settled_distance": 0.02 * (i + 1), "path_length": 1.0 + seed,
-            "joint_movement": 2.0,
-        }
-        for i, outcome in enumerate(outcomes)
-    ]  # fmt: skip
-    return pa.Table.from_pylist(rows, table("evaluations").schema)
-
-
-def kept(selection_id: str, budget: int | None, planners: list[str]) -> pa.Table:
-    """A selection of one trajectory of each planner named."""
-    times = ("prepare_s", "base_policy_s", "rollouts_s", "cluster_s", "score_s", "select_s")
-    rows = [
-        {
-            "selection_id": selection_id, "seed": 0, "pool_hash": "", "n_targets": 3, "params": "{}",
-            "trajectory_id": f"{planner}-{i}", "target_id": 0, "planner": planner, "goal_index": 0,
-            "n_pool": 16, "budget": budget, **dict.fromkeys((*times, "selection_time_s"), 0.0),
-        }
-        for i, planner in enumerate(planners)
-    ]  # fmt: skip
-    return pa.Table.from_pylist(rows, table("selections").schema)
+FREE = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
+TABLE = {"robot": "h2017", "scene": "table", "pool": "3d4e5f"}
 
 
 @pytest.fixture
-def lake(small_lake: Lake) -> Lake:
-    """One study: General with one network, DBSCAN with three; and another study that must not count."""
-    tests = [
-        trials("General", None, "BC_MLP", 0, "S"),
-        trials("DBSCAN", 2, "BC_MLP", 0, "SR.."),
-        trials("DBSCAN", 2, "BC_MLP", 1, "R..."),
-        trials("DBSCAN", 2, "BC_RNN", 0, "SSSR"),
-        trials("DBSCAN", 2, "BC_RNN", 0, "..", kind="unseen"),
-    ]
-    for number, rows in enumerate(tests):
-        small_lake.write("evaluations", {**POOL, "study": STUDY}, f"e{number}", rows, {})
-    other = trials("DBSCAN", 1, "BC_MLP", 0, "SSSS")
-    small_lake.write("evaluations", {**POOL, "study": "other-abc"}, "e0", other, {})
-    for selector, budget, planners in (
-        ("General", None, ["PRM", "RRT", "RRT", "RRT"]),
-        ("DBSCAN", 2, ["RRT", "PRM", "PRM"]),
-        ("DBSCAN", 1, ["RRT"]),
+def study(maker: Any) -> str:
+    """General with one network, DBSCAN with three; and another study that must not count."""
+    study = maker.record("tiny", "aaaaaaaa")
+    maker.test(study, "General", None, "BC_MLP", "S")
+    maker.test(study, "DBSCAN", 2, "BC_MLP", "SR..")
+    maker.test(study, "DBSCAN", 2, "BC_MLP", "R...", seed=1, path_length=2.0)
+    maker.test(study, "DBSCAN", 2, "BC_RNN", "SSSR")
+    maker.test(study, "DBSCAN", 2, "BC_RNN", "..", kind="unseen")
+    other = maker.record("other", "aaaaaaaa")
+    maker.test(other, "DBSCAN", 1, "BC_MLP", "SSSS")
+    for selector, budget, kept in (
+        ("General", None, [(0, "PRM", 0), (0, "RRT", 0), (1, "RRT", 0), (2, "RRT", 0)]),
+        ("DBSCAN", 2, [(0, "RRT", 0), (0, "PRM", 0), (1, "PRM", 0)]),
     ):
-        rows = kept(f"{selector}-{budget}", budget, planners)
-        small_lake.write("selections", {**POOL, "selector": selector}, f"{selector}-{budget}", rows, {})
-    return small_lake
+        maker.select(study, selector, budget, kept)
+    maker.select(other, "DBSCAN", 2, [(0, "RRT", 0)])
+    return str(study)
 
 
-def answer(lake: Lake, name: str, kind: str = "displaced") -> list[tuple[Any, ...]]:
-    """Rows of a query as tuples."""
-    rows = lake.query(f"results/{name}", study=STUDY, kind=kind).to_pylist()
+def answer(lake: Lake, name: str, study: str, kind: str = "displaced") -> list[tuple[Any, ...]]:
+    """Rows of a query as tuples without scene and pool label, which are the same throughout."""
+    rows = lake.query(f"results/{name}", study=study, kind=kind).to_pylist()
+    assert {(row.pop("scene"), row.pop("pool_label")) for row in rows} <= {("free", "")}
     return [tuple(row.values()) for row in rows]
 
 
-def test_success_by_policy_runs_over_seeds(lake: Lake) -> None:
-    assert answer(lake, "by_policy_total") == [
-        ("DBSCAN", 2, "BC_MLP", 8, 3, 1, 2),
-        ("DBSCAN", 2, "BC_RNN", 4, 4, 3, 1),
-        ("General", None, "BC_MLP", 1, 1, 1, 1),
+def test_success_by_policy_runs_over_seeds(small_lake: Lake, study: str) -> None:
+    assert answer(small_lake, "by_policy", study) == [
+        ("DBSCAN", 2, "BC_MLP", 8, 3, 1),
+        ("DBSCAN", 2, "BC_RNN", 4, 4, 3),
+        ("General", None, "BC_MLP", 1, 1, 1),
     ]
-    assert answer(lake, "by_policy_total", kind="unseen") == [("DBSCAN", 2, "BC_RNN", 2, 0, 0, 1)]
+    assert answer(small_lake, "by_policy", study, "unseen") == [("DBSCAN", 2, "BC_RNN", 2, 0, 0)]
 
 
-def test_success_by_distance_runs_over_policies_and_seeds(lake: Lake) -> None:
-    assert answer(lake, "by_distance") == [
-        ("DBSCAN", 2, 0, 6, 5, 3),
-        ("DBSCAN", 2, 1, 6, 2, 1),
+def test_success_by_distance_runs_over_policies_and_seeds(small_lake: Lake, study: str) -> None:
+    assert answer(small_lake, "by_distance", study) == [
+        ("DBSCAN", 2, 0, 3, 3, 2),
+        ("DBSCAN", 2, 1, 3, 2, 1),
+        ("DBSCAN", 2, 2, 3, 1, 1),
+        ("DBSCAN", 2, 3, 3, 1, 0),
         ("General", None, 0, 1, 1, 1),
     ]
 
 
-def test_fresh_targets_have_no_distance(lake: Lake) -> None:
-    assert answer(lake, "by_distance", kind="unseen") == []
+def test_fresh_targets_have_no_distance(small_lake: Lake, study: str) -> None:
+    assert answer(small_lake, "by_distance", study, "unseen") == []
 
 
-def test_quality_has_means_and_sample_deviations(lake: Lake) -> None:
-    dbscan, general = lake.query("results/quality", study=STUDY, kind="displaced").to_pylist()
+def test_outcomes_are_lists_by_test_target(small_lake: Lake, study: str) -> None:
+    rows = answer(small_lake, "outcomes", study)
+    assert rows[1] == (
+        "DBSCAN", 2, "BC_MLP", 1, 0, [0, 1, 2, 3], [True, False, False, False], [False] * 4, [0, 1, 2, 3],
+    )  # fmt: skip
+    (unseen,) = answer(small_lake, "outcomes", study, "unseen")
+    assert unseen[-1] == [-1, -1]
+
+
+def test_quality_has_means_and_sample_deviations(small_lake: Lake, study: str) -> None:
+    dbscan, general = small_lake.query("results/quality", study=study, kind="displaced").to_pylist()
     assert (dbscan["selector"], dbscan["budget"], dbscan["n"]) == ("DBSCAN", 2, 12)
-    # Three times 1, 2, 3, 4 cm: squares about 2.5 cm sum to 3 * 5, over n - 1 = 11.
-    assert dbscan["final_distance"] == pytest.approx(0.025)
+    # Three times 0, 1, 2, 3 cm: squares about 1.5 cm sum to 3 * 5, over n - 1 = 11.
+    assert dbscan["final_distance"] == pytest.approx(0.015)
     assert dbscan["final_distance_std"] == pytest.approx(0.01 * math.sqrt(15 / 11))
-    assert dbscan["settled_distance"] == pytest.approx(0.05)
+    assert dbscan["settled_distance"] == pytest.approx(0.03)
     assert dbscan["settled_distance_std"] == pytest.approx(0.02 * math.sqrt(15 / 11))
     # Four rollouts of 2 m, eight of 1 m.
     assert dbscan["path_length"] == pytest.approx(4 / 3)
     assert dbscan["path_length_std"] == pytest.approx(math.sqrt((4 * (2 / 3) ** 2 + 8 * (1 / 3) ** 2) / 11))
-    assert (dbscan["joint_movement"], dbscan["joint_movement_std"]) == (2.0, 0.0)
     assert (general["n"], general["path_length"], general["path_length_std"]) == (1, 1.0, None)
 
 
-def test_planners_kept_are_those_of_the_studys_own_selections(lake: Lake) -> None:
-    rows = lake.query("results/planners_kept", study=STUDY, kind="displaced").to_pylist()
+def test_planners_kept_are_those_of_the_studys_own_selections(small_lake: Lake, study: str) -> None:
+    rows = small_lake.query("results/planners_kept", study=study).to_pylist()
     assert [(row["selector"], row["budget"], row["planner"], row["kept"]) for row in rows] == [
         ("DBSCAN", 2, "PRM", 2),
         ("DBSCAN", 2, "RRT", 1),
@@ -125,3 +95,17 @@ def test_planners_kept_are_those_of_the_studys_own_selections(lake: Lake) -> Non
         ("General", None, "PRM", 1),
     ]
     assert [row["share"] for row in rows] == pytest.approx([2 / 3, 1 / 3, 3 / 4, 1 / 4])
+
+
+def test_all_scenes_hold_the_selections_that_no_scene_lacks(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("both", "aaaaaaaa", pools=((FREE, "raw"), (TABLE, "raw")))
+    for pool, outcomes in ((FREE, "SS."), (TABLE, "S.")):
+        maker.test(study, "KMeans", 1, "BC_MLP", outcomes, pool=pool)
+    maker.test(study, "KMeans", 5, "BC_MLP", "S", pool=FREE)
+    rows = small_lake.query("results/by_selector", study=study, kind="displaced").to_pylist()
+    assert [(row["scene"], row["budget"], row["n"], row["successes"], row["tests"]) for row in rows] == [
+        ("all scenes", 1, 5, 3, 5),
+        ("free", 5, 1, 1, 1),
+        ("free", 1, 3, 2, 3),
+        ("table", 1, 2, 1, 2),
+    ]

@@ -1,115 +1,231 @@
-"""A study small enough to compute every number of its table by hand."""
+"""A study small enough to compute every number of its tables by hand."""
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from typing import Any
 
-import pyarrow as pa
 import pytest
 
-from plancurate.errors import UnknownNameError
+from plancurate.errors import PlancurateError
 from plancurate.tasks.lake import Lake
-from plancurate.tasks.lake.schema import table
-from plancurate.tasks.study.results import REPORT_FIELDS, find_study, result_rows, summary_rows
-from plancurate.tasks.study.statistics import two_proportion_test, wilson_interval
+from plancurate.tasks.study.results import StudyResults, headline_networks, study_results
+from plancurate.tasks.study.rows import ALL_SCENES, REPORT_FIELDS, SummaryRow
+from plancurate.tasks.study.statistics import Outcomes, two_proportion_test, wilson_interval
 
-POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
-
-
-def trials(
-    selector: str, budget: int | None, policy: str, outcomes: str, kind: str = "displaced"
-) -> pa.Table:
-    """One trial a letter: S settled, R reached only, C reached but collided, . missed."""
-    rows = [
-        {
-            "evaluation_id": f"{selector}-{policy}-{kind}", "selection_id": f"{selector}-1",
-            "selector": selector, "budget": budget, "policy": policy, "seed": 0, "n_kept": 4,
-            "selection_time_s": 0.5, "train_s": 1.0, "test_id": number, "kind": kind, "target_id": 0,
-            "distance_cm": number, "x": 0.0, "y": 0.0, "z": 0.0, "success": outcome in "SR",
-            "settled": outcome == "S", "reached": outcome != ".", "collided": outcome == "C",
-            "out_of_limits": False, "steps": 10, "final_distance": 0.01 * number, "path_length": 1.0,
-            "joint_movement": 2.0 + number, "settled_distance": 0.0,
-        }
-        for number, outcome in enumerate(outcomes)
-    ]  # fmt: skip
-    return pa.Table.from_pylist(rows, table("evaluations").schema)
-
-
-def add_study(lake: Lake, name: str, key: str, day: int, evaluations: list[pa.Table]) -> None:
-    """Record a study and its trials."""
-    study = {
-        "study_key": key, "config": "{}", **POOL, "created_at": datetime(2026, 1, day, tzinfo=UTC),
-        "package_version": "0", "ompl_version": "1.5.2",
-    }  # fmt: skip
-    studies = pa.Table.from_pylist([study], table("studies").schema)
-    lake.write("studies", {"study": name}, key, studies, {})
-    for number, rows in enumerate(evaluations):
-        lake.write("evaluations", {**POOL, "study": f"{name}-{key}"}, f"e{number}", rows, {})
+FREE = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
+TABLE = {"robot": "h2017", "scene": "table", "pool": "3d4e5f"}
 
 
 @pytest.fixture
-def lake(small_lake: Lake) -> Lake:
-    """A study done twice with other configurations, the later one with three result rows."""
-    add_study(small_lake, "tiny", "aaa", 1, [trials("General", None, "BC_MLP", "....")])
-    later = [
-        trials("General", None, "BC_MLP", "S..C"),
-        trials("KMeans_Hybrid", 2, "BC_MLP", "SSSR"),
-        trials("KMeans_Hybrid", 2, "BC_RNN", "SRRRSR"),
-        trials("KMeans_Hybrid", 2, "BC_RNN", "..", kind="unseen"),
+def results(small_lake: Lake, maker: Any) -> StudyResults:
+    """General with one policy, a hybrid with two and, for one of them, two selection seeds."""
+    study = maker.record("tiny", "aaaaaaaa")
+    maker.test(study, "General", None, "BC_MLP", "S..C")
+    maker.test(study, "KMeans_Hybrid", 2, "BC_MLP", "SSSR")
+    maker.test(study, "KMeans_Hybrid", 2, "BC_RNN", "SRRR")
+    maker.test(study, "KMeans_Hybrid", 2, "BC_RNN", "SR.R", selection_seed=1)
+    maker.test(study, "Random", 2, "BC_MLP", "SS.R")
+    maker.test(study, "KMeans_Hybrid", 2, "BC_RNN", "..", kind="unseen")
+    return study_results(small_lake, study)
+
+
+def summary(results: StudyResults, selector: str, scene: str = "free") -> SummaryRow:
+    rows = results.on("displaced").summaries
+    return next(row for row in rows if (row.selector, row.scene) == (selector, scene))
+
+
+def test_networks_are_counted_one_by_one_with_wilsons_interval(results: StudyResults) -> None:
+    rows = results.on("displaced").networks
+    counts = [
+        (r.selector, r.budget, r.policy, r.selection_seed, r.n, r.successes, r.settled_rate) for r in rows
     ]
-    add_study(small_lake, "tiny", "bbb", 2, later)
-    return small_lake
-
-
-def test_result_rows_are_counted_per_selector_budget_policy_and_seed(lake: Lake) -> None:
-    rows = result_rows(lake, "tiny")
-    counts = [(r.selector, r.budget, r.policy, r.n, r.successes, r.settled_rate) for r in rows]
     assert counts == [
-        ("General", None, "BC_MLP", 4, 1, 1 / 4),
-        ("KMeans_Hybrid", 2, "BC_MLP", 4, 4, 3 / 4),
-        ("KMeans_Hybrid", 2, "BC_RNN", 6, 6, 2 / 6),
+        ("KMeans_Hybrid", 2, "BC_MLP", 0, 4, 4, 3 / 4),
+        ("KMeans_Hybrid", 2, "BC_RNN", 0, 4, 4, 1 / 4),
+        ("KMeans_Hybrid", 2, "BC_RNN", 1, 4, 3, 1 / 4),
+        ("Random", 2, "BC_MLP", 0, 4, 3, 2 / 4),
+        ("General", None, "BC_MLP", 0, 4, 1, 1 / 4),
     ]
-    first = rows[0]
-    assert (first.final_distance, first.path_length, first.joint_movement) == pytest.approx((0.015, 1.0, 3.5))
-    assert (first.selection_time_s, first.n_kept, first.success_rate) == (0.5, 4, 0.25)
-    interval, settled = wilson_interval(1, 4), wilson_interval(2, 6)
-    assert (first.ci_low, first.ci_high) == (interval.low, interval.high)
-    assert (rows[2].settled_ci_low, rows[2].settled_ci_high) == (settled.low, settled.high)
+    general = rows[-1]
+    assert (general.final_distance, general.path_length, general.joint_movement) == pytest.approx(
+        (0.015, 1.0, 3.5)
+    )
+    assert (general.selection_time_s, general.n_kept, general.success_rate) == (0.5, 4, 0.25)
+    interval = wilson_interval(1, 4)
+    assert (general.ci_low, general.ci_high) == (interval.low, interval.high)
 
 
-def test_printed_rows_have_exactly_the_promised_fields(lake: Lake) -> None:
-    assert tuple(result_rows(lake, "tiny")[0].report()) == REPORT_FIELDS
+def test_printed_rows_have_exactly_the_promised_fields(results: StudyResults) -> None:
+    assert tuple(results.on("displaced").networks[0].report()) == REPORT_FIELDS
     assert ",".join(REPORT_FIELDS) == (
-        "selector,budget,policy,seed,n,successes,success_rate,ci_low,ci_high,settled_rate,final_distance,"
-        "path_length,joint_movement,selection_time_s,n_kept"
+        "scene,pool_label,selector,budget,policy,seed,selection_seed,n,successes,success_rate,ci_low,ci_high,"
+        "settled_rate,final_distance,path_length,joint_movement,selection_time_s,n_kept"
     )
 
 
-def test_totals_run_over_policies_and_are_tested_against_general(lake: Lake) -> None:
-    hybrid, general = summary_rows(lake, "tiny")
-    assert (hybrid.selector, hybrid.n, hybrid.successes, hybrid.settled_rate) == (
-        "KMeans_Hybrid",
-        10,
-        10,
-        0.5,
-    )
-    assert hybrid.final_distance == pytest.approx((0.015 * 4 + 0.025 * 6) / 10)
-    test = two_proportion_test(10, 10, 1, 4)
-    assert (hybrid.z, hybrid.p, hybrid.stars) == (test.statistic, test.p, "**")
-    assert (general.n, general.successes, general.z, general.stars) == (4, 1, None, None)
+def test_totals_run_over_policies_and_seeds(results: StudyResults) -> None:
+    hybrid = summary(results, "KMeans_Hybrid")
+    assert (hybrid.n, hybrid.successes, hybrid.success_rate) == (12, 11, 11 / 12)
+    assert hybrid.settled_rate == 5 / 12
+    assert (hybrid.tests, hybrid.selection_seeds, hybrid.training_seeds) == (4, 2, 1)
+    assert hybrid.final_distance == pytest.approx(0.015)
     assert (hybrid.selection_time_s, hybrid.n_kept) == (0.5, 4)
+    assert hybrid.wilson == wilson_interval(11, 12)
+    assert hybrid.published == 253 / 320
+    assert hybrid.interval.low < 11 / 12 < hybrid.interval.high
+    assert hybrid.settled_interval.low < 5 / 12 < hybrid.settled_interval.high
+    assert hybrid.interval_over == "selection seeds and targets"
+    assert summary(results, "General").interval_over == "targets only"
 
 
-def test_unseen_targets_are_reported_apart(lake: Lake) -> None:
-    (row,) = result_rows(lake, "tiny", kind="unseen")
+def test_gains_are_tested_against_general_on_the_same_targets(results: StudyResults) -> None:
+    hybrid, general = summary(results, "KMeans_Hybrid"), summary(results, "General")
+    assert general.gain is None
+    assert hybrid.gain is not None
+    assert hybrid.gain.value == pytest.approx(11 / 12 - 1 / 4)
+    plain = two_proportion_test(Outcomes(11, 12), Outcomes(1, 4))
+    assert (hybrid.gain.z_test.statistic, hybrid.gain.z_test.p) == (plain.statistic, plain.p)
+    assert hybrid.gain.z_test.stars == "**"
+    # Random less General on four targets: 0, 1, 0, 1 and, imagined, 1 and -1: mean 1/3, variance (4 - 2/3) / 5.
+    random = summary(results, "Random").gain
+    assert random is not None
+    assert random.value == 0.5
+    assert random.error == pytest.approx(((4 - 2 / 3) / 5 / 6) ** 0.5, rel=0.03)
+    assert random.interval.low == pytest.approx(1 / 3 - 1.96 * random.error, abs=1e-3)
+    assert random.holm_p == pytest.approx(max(random.p, 2 * hybrid.gain.p))
+    assert random.stars == "ns"
+
+
+def test_ranks_go_by_rate_and_ties_by_the_test_against_the_first(results: StudyResults) -> None:
+    rows = results.on("displaced").summaries
+    assert [(row.selector, row.rank, row.best) for row in rows] == [
+        ("KMeans_Hybrid", 1, True),
+        ("Random", 2, True),
+        ("General", 3, True),  # four targets tell nothing apart
+    ]
+
+
+def test_what_is_clearly_worse_does_not_tie(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("clear", "aaaaaaaa")
+    maker.test(study, "General", None, "BC_MLP", 20 * "S" + 20 * ".")
+    maker.test(study, "KMeans", 1, "BC_MLP", 39 * "S" + ".")
+    maker.test(study, "DBSCAN", 1, "BC_MLP", "." + 39 * "S")
+    rows = study_results(small_lake, study).headline.summaries
+    assert [(row.selector, row.rank, row.best) for row in rows] == [
+        ("DBSCAN", 1, True),
+        ("KMeans", 1, True),
+        ("General", 3, False),
+    ]
+    gains = [row.gain for row in rows if row.gain]
+    assert [gain.stars for gain in gains] == ["***", "***"]
+
+
+def test_each_policy_and_distance_is_compared_with_generals_own(results: StudyResults) -> None:
+    policies = {(row.selector, row.policy): row for row in results.on("displaced").policies}
+    assert policies["KMeans_Hybrid", "BC_RNN"].gain is None  # General has no such network
+    mlp = policies["KMeans_Hybrid", "BC_MLP"]
+    assert mlp.gain is not None
+    assert (mlp.successes, mlp.n, mlp.gain.value, mlp.published) == (4, 4, 0.75, 59 / 80)
+    distances = {(row.selector, row.distance_cm): row for row in results.on("displaced").distances}
+    third = distances["KMeans_Hybrid", 2]
+    assert third.gain is not None
+    assert (third.successes, third.n, third.gain.value) == (2, 3, 2 / 3)
+    assert third.interval.low < 2 / 3 < third.interval.high
+    # One target, difference 1, and imagined 1 and -1: mean 1/3, variance (3 - 1/3) / 2 / 3.
+    assert distances["Random", 1].gain is not None
+    assert distances["Random", 1].gain.error == pytest.approx((8 / 3 / 2 / 3) ** 0.5, rel=0.03)
+
+
+def test_unseen_targets_are_reported_apart_and_first(results: StudyResults, small_lake: Lake) -> None:
+    assert list(results.tests) == ["unseen", "displaced"]
+    (row,) = results.headline.networks
     assert (row.selector, row.n, row.successes) == ("KMeans_Hybrid", 2, 0)
-    (total,) = summary_rows(lake, "tiny", kind="unseen")
-    assert total.stars is None  # there is no General to compare with
+    assert results.headline.summaries[0].gain is None
+    assert results.headline.summaries[0].published is None
+    assert (results.headline.agreement, results.headline.distances) == ([], [])
+    assert headline_networks(small_lake, results.study.study) == results.headline.networks
 
 
-def test_a_plain_name_means_the_latest_study_of_that_name(lake: Lake) -> None:
-    assert find_study(lake, "tiny") == "tiny-bbb"
-    assert find_study(lake, "tiny-aaa") == "tiny-aaa"
-    assert result_rows(lake, "tiny-aaa")[0].successes == 0
-    with pytest.raises(UnknownNameError, match="did you mean tiny"):
-        result_rows(lake, "tinny")
+def test_a_kind_of_test_that_a_study_lacks_is_named(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("plain", "aaaaaaaa")
+    maker.test(study, "General", None, "BC_MLP", "S")
+    with pytest.raises(PlancurateError, match="study plain-aaaaaaaa: no unseen tests; it has displaced"):
+        study_results(small_lake, study).on("unseen")
+
+
+@pytest.fixture
+def scenes(small_lake: Lake, maker: Any) -> StudyResults:
+    """Two scenes; Random is tested in one of them only."""
+    study = maker.record("both", "aaaaaaaa", pools=((FREE, ""), (TABLE, "")))
+    for pool, general, hybrid in ((FREE, "S...", "SSS."), (TABLE, "..", "S.")):
+        maker.test(study, "General", None, "BC_MLP", general, pool=pool)
+        maker.test(study, "KMeans_Hybrid", 2, "BC_MLP", hybrid, pool=pool)
+    maker.test(study, "Random", 2, "BC_MLP", "SSSS", pool=FREE)
+    maker.select(study, "KMeans_Hybrid", 2, [(0, "RRT", 0)], pool=FREE)
+    return study_results(small_lake, study)
+
+
+def test_several_scenes_have_rows_of_their_own_and_a_total(scenes: StudyResults) -> None:
+    rows = [
+        (row.scene, row.selector, row.successes, row.n, row.tests, row.rank)
+        for row in scenes.headline.summaries
+    ]
+    assert rows == [
+        (ALL_SCENES, "KMeans_Hybrid", 4, 6, 6, 1),
+        (ALL_SCENES, "General", 1, 6, 6, 2),
+        ("free", "Random", 4, 4, 4, 1),
+        ("free", "KMeans_Hybrid", 3, 4, 4, 2),
+        ("free", "General", 1, 4, 4, 3),
+        ("table", "KMeans_Hybrid", 1, 2, 2, 1),
+        ("table", "General", 0, 2, 2, 2),
+    ]
+    total = summary(scenes, "KMeans_Hybrid", ALL_SCENES)
+    assert total.gain is not None
+    assert total.gain.value == 0.5
+    # Both scenes' differences vary on their own: free 0, 1, 1, 0 and table 1, 0, each with 1 and -1 imagined.
+    free, table = (4 - 4 / 6) / 5 * 6, (3 - 1 / 4) / 3 * 4
+    assert total.gain.error == pytest.approx((free + table) ** 0.5 / 10, rel=0.03)
+    assert {row.scene for row in scenes.headline.quality} == {ALL_SCENES, "free", "table"}
+    assert {row.scene for row in scenes.headline.networks} == {"free", "table"}
+
+
+def test_variants_of_candidates_are_kept_apart(small_lake: Lake, maker: Any) -> None:
+    other = {**FREE, "pool": "777777"}
+    study = maker.record("variants", "aaaaaaaa", pools=((FREE, "pose"), (other, "nearest")))
+    maker.test(study, "General", None, "BC_MLP", "S...", pool=FREE)
+    maker.test(study, "General", None, "BC_MLP", "SS..", pool=other)
+    rows = study_results(small_lake, study).headline.summaries
+    assert [(row.scene, row.pool_label, row.successes) for row in rows] == [
+        ("free", "nearest", 2),
+        ("free", "pose", 1),
+    ]
+
+
+def test_selection_times_are_means_over_selection_seeds(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("times", "aaaaaaaa")
+    for seed, seconds in enumerate((1.0, 2.0, 3.0)):
+        maker.select(
+            study, "CUPID", 2, [(0, "RRT", 0)], seed=seed, selection_time_s=seconds, score_s=seconds / 2
+        )
+    maker.select(study, "General", None, [(0, "RRT", 0)])
+    maker.test(study, "CUPID", 2, "BC_MLP", "SS")
+    maker.test(study, "General", None, "BC_MLP", "S.")
+    cupid, general = study_results(small_lake, study).times
+    assert (cupid.n, cupid.total, cupid.seconds["score"]) == (3, 2.0, 1.0)
+    half = 4.302653 / 3**0.5  # t(2)
+    assert cupid.interval is not None
+    assert (cupid.interval.low, cupid.interval.high) == pytest.approx((2 - half, 2 + half), abs=1e-5)
+    assert (cupid.published, cupid.published_n) == (1012.19, 18)
+    assert cupid.published_interval is not None
+    assert (cupid.published_interval.low, cupid.published_interval.high) == (793, 1232)
+    assert (general.n, general.interval, general.published) == (1, None, 0.0)
+
+
+def test_a_pool_of_copies_is_called_degenerate(small_lake: Lake, maker: Any) -> None:
+    same = {"joint_movement": 1.0, "path_length": 1.0, "smoothness": 1.0}
+    for run in range(7):
+        maker.plan("EST", 0, run=run, trajectory_id=f"copy{run}", key=f"copy{run}", **same)
+    study = maker.record("copies", "aaaaaaaa", planners=["EST"], n_targets=1)
+    maker.test(study, "General", None, "BC_MLP", "S")
+    (pool,) = study_results(small_lake, study).pools
+    assert (pool.candidates, pool.distinct, pool.degenerate) == (7, 1, True)

@@ -8,19 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 from statsmodels.stats.multitest import multipletests
+from statsmodels.stats.proportion import proportion_confint, proportions_ztest
 
+from plancurate.tasks.study.means import Moments, mean_interval, moments, welch_test
 from plancurate.tasks.study.statistics import (
-    Interval,
-    Moments,
+    Estimate,
     Outcomes,
-    cluster_bootstrap_interval,
     effect_difference,
     holm,
-    mean_interval,
-    moments,
-    rate_difference,
     two_proportion_test,
-    welch_test,
     wilson_interval,
 )
 
@@ -77,7 +73,7 @@ def test_z_values_against_general_match_the_pooled_formula(selector: str, z: flo
     successes, base = PUBLISHED[selector][0], PUBLISHED["General"][0]
     pooled = (successes + base) / 640
     expected = (successes - base) / 320 / math.sqrt(pooled * (1 - pooled) * 2 / 320)
-    test = two_proportion_test(successes, 320, base, 320)
+    test = two_proportion_test(Outcomes(successes, 320), Outcomes(base, 320))
     assert test.statistic == pytest.approx(expected, abs=1e-12)
     assert test.statistic == pytest.approx(z, abs=2e-3)
     assert test.p == pytest.approx(2 * stats.norm.sf(abs(expected)), rel=1e-9)
@@ -88,13 +84,25 @@ def test_z_values_against_general_match_the_pooled_formula(selector: str, z: flo
 def test_wilson_intervals_stay_inside_zero_and_one(n: int, data: st.DataObject) -> None:
     successes = data.draw(st.integers(0, n))
     interval = wilson_interval(successes, n)
-    assert 0 <= interval.low <= successes / n <= interval.high <= 1 or (successes in (0, n))
-    assert -1e-12 <= interval.low <= interval.high <= 1 + 1e-12
+    assert 0 <= interval.low <= successes / n <= interval.high <= 1
+    assert (interval.low, interval.high) == pytest.approx(
+        proportion_confint(successes, n, method="wilson"), abs=1e-12
+    )
+
+
+@given(COUNTS, COUNTS)
+def test_the_z_test_is_statsmodels(a: Outcomes, b: Outcomes) -> None:
+    found = two_proportion_test(a, b)
+    if a.rate == b.rate:
+        assert (found.statistic, found.p) == (0.0, 1.0)
+    else:
+        z, p = proportions_ztest([a.successes, b.successes], [a.n, b.n])
+        assert (found.statistic, found.p) == pytest.approx((z, p), rel=1e-9, abs=1e-300)
 
 
 @pytest.mark.parametrize(("successes", "base"), [(0, 0), (20, 20), (7, 7)])
 def test_equal_rates_do_not_differ_even_when_all_or_none_succeed(successes: int, base: int) -> None:
-    test = two_proportion_test(successes, 20, base, 20)
+    test = two_proportion_test(Outcomes(successes, 20), Outcomes(base, 20))
     assert (test.statistic, test.p, test.stars) == (0.0, 1.0, "ns")
 
 
@@ -180,88 +188,25 @@ def test_holm_keeps_order_and_stays_above_the_raw_values(p: list[float]) -> None
     assert turned[::-1] == pytest.approx(adjusted)
 
 
-@given(COUNTS, COUNTS)
-def test_a_difference_of_rates_lies_in_its_interval_and_changes_sign_with_the_order(
-    a: Outcomes, b: Outcomes
-) -> None:
-    found, turned = rate_difference(a, b), rate_difference(b, a)
-    assert -1 - 1e-9 <= found.interval.low <= found.value + 1e-9
-    assert found.value - 1e-9 <= found.interval.high <= 1 + 1e-9
-    assert (turned.interval.low, turned.interval.high) == pytest.approx(
-        (-found.interval.high, -found.interval.low), abs=1e-9
-    )
-    assert found.test == two_proportion_test(a.successes, a.n, b.successes, b.n)
-
-
-def test_newcombes_own_example_has_its_printed_interval() -> None:
-    found = rate_difference(Outcomes(56, 70), Outcomes(48, 80))  # Newcombe 1998, table II, example a
-    assert (found.interval.low, found.interval.high) == pytest.approx((0.0524, 0.3339), abs=5e-5)
-
-
 def test_our_effect_against_the_published_one_by_hand() -> None:
-    found = effect_difference(Outcomes(18, 20), Outcomes(12, 20), Outcomes(253, 320), Outcomes(173, 320))
-    variances = [19 / 22 * 3 / 22 / 22, 13 / 22 * 9 / 22 / 22]
-    variances += [254 / 322 * 68 / 322 / 322, 174 / 322 * 148 / 322 / 322]
+    gain = Estimate(0.3, 0.1)
+    found = effect_difference(gain, Outcomes(253, 320), Outcomes(173, 320))
+    variances = [0.01, 254 / 322 * 68 / 322 / 322, 174 / 322 * 148 / 322 / 322]
     z = (0.3 - 0.25) / math.sqrt(sum(variances))
     half = 1.959963984540054 * math.sqrt(sum(variances))
     assert found.value == pytest.approx(0.05)
-    assert (found.interval.low, found.interval.high) == pytest.approx((0.05 - half, 0.05 + half))
+    interval = found.interval(2.0)
+    assert (interval.low, interval.high) == pytest.approx((0.05 - half, 0.05 + half))
     assert (found.test.statistic, found.test.p) == pytest.approx((z, 2 * stats.norm.sf(z)))
 
 
-@given(COUNTS, COUNTS, COUNTS, COUNTS)
-def test_an_effect_differs_significantly_exactly_where_its_interval_leaves_out_zero(
-    a: Outcomes, b: Outcomes, c: Outcomes, d: Outcomes
+@given(st.floats(-1, 1), st.floats(1e-3, 1), st.floats(0.5, 0.999))
+def test_an_estimate_differs_from_0_exactly_where_its_interval_leaves_out_0(
+    value: float, error: float, confidence: float
 ) -> None:
-    found = effect_difference(a, b, c, d)
-    assert -2 <= found.interval.low <= found.value <= found.interval.high <= 2
-    outside = not found.interval.low <= 0 <= found.interval.high
-    assert outside == (found.test.p < 0.05) or found.test.p == pytest.approx(0.05)
-    assert effect_difference(a, b, a, b).value == 0
-    assert effect_difference(c, d, a, b).test.statistic == pytest.approx(-found.test.statistic)
-
-
-@given(st.lists(COUNTS, min_size=2, max_size=8), st.integers(0, 5))
-def test_a_bootstrap_interval_repeats_by_seed_and_lies_between_the_clusters_rates(
-    clusters: list[Outcomes], seed: int
-) -> None:
-    interval = cluster_bootstrap_interval(clusters, seed=seed, draws=200)
-    assert interval == cluster_bootstrap_interval(clusters, seed=seed, draws=200)
-    rates = [cluster.rate for cluster in clusters]
-    assert min(rates) - 1e-12 <= interval.low <= interval.high <= max(rates) + 1e-12
-
-
-def test_two_clusters_are_drawn_as_often_as_two_coins_fall() -> None:
-    # Draws: twice the first (1/4), one of each (1/2), twice the second (1/4).
-    clusters = [Outcomes(1, 10), Outcomes(7, 10)]
-    assert cluster_bootstrap_interval(clusters, confidence=0.4) == Interval(0.4, 0.4)
-    assert cluster_bootstrap_interval(clusters, confidence=0.6) == Interval(0.1, 0.7)
-
-
-def test_a_bootstrap_of_many_single_trials_is_the_binomial_one() -> None:
-    interval = cluster_bootstrap_interval([Outcomes(i % 2, 1) for i in range(400)], draws=40_000)
-    low, high = stats.binom.ppf([0.025, 0.975], 400, 0.5) / 400
-    assert (interval.low, interval.high) == pytest.approx((low, high), abs=0.0051)
-
-
-def test_clusters_that_vary_as_one_have_a_wider_interval_than_wilsons() -> None:
-    clusters = [Outcomes(successes, 80) for successes in (20, 60, 35, 70, 10, 50)]
-    interval, naive = cluster_bootstrap_interval(clusters), wilson_interval(245, 480)
-    assert interval.high - interval.low > 3 * (naive.high - naive.low)
-
-
-def test_within_strata_only_the_clusters_of_a_stratum_stand_for_each_other() -> None:
-    clusters = [Outcomes(9, 10), Outcomes(9, 10), Outcomes(1, 10), Outcomes(1, 10)]
-    policies = ["BC_RNN", "BC_RNN", "BC_MLP", "BC_MLP"]
-    assert cluster_bootstrap_interval(clusters, strata=policies) == Interval(0.5, 0.5)
-    assert cluster_bootstrap_interval(clusters).low < 0.5
-
-
-def test_a_bootstrap_without_spread_has_no_width_and_of_one_cluster_leaves_all_possible() -> None:
-    assert cluster_bootstrap_interval([Outcomes(2, 6), Outcomes(1, 3)]) == Interval(1 / 3, 1 / 3)
-    assert cluster_bootstrap_interval([Outcomes(2, 6)]) == Interval(0.0, 1.0)
-    one_each = cluster_bootstrap_interval([Outcomes(2, 6), Outcomes(3, 6)], strata=["a", "b"])
-    assert one_each == Interval(0.0, 1.0)
-    for clusters in ([], [Outcomes(1, 2), Outcomes(0, 0)]):
-        with pytest.raises(ValueError, match="at least one cluster"):
-            cluster_bootstrap_interval(clusters)
+    found = Estimate(value, error)
+    interval = found.interval(1.0, confidence)
+    assert -1 <= interval.low <= value <= interval.high <= 1
+    outside = not interval.low <= 0 <= interval.high
+    assert outside == (found.test.p < 1 - confidence) or found.test.p == pytest.approx(1 - confidence)
+    assert Estimate(-value, error).test.statistic == -found.test.statistic

@@ -16,7 +16,7 @@ import numpy.typing as npt
 import pyarrow as pa
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 from plancurate.registry import discover
 from plancurate.sql import load
 from plancurate.tasks.curation.learning_settings import LearningSettings, Used
@@ -123,13 +123,11 @@ class Selector:
         try:
             return self.settings.model_validate(dict(parameters))
         except ValidationError as error:
-            first = error.errors()[0]
-            where = ".".join(map(str, first["loc"]))
             valid = ", ".join(self.settings.model_fields) or "none"
-            raise PlancurateError(
-                f"selector {self.name}: parameter {where}={first['input']!r}: {first['msg']} "
-                f"(parameters: {valid})"
-            ) from None
+            problem = first_problem(
+                f"selector {self.name}: parameter {field_of(error)}", error, self.settings
+            )
+            raise PlancurateError(f"{problem} (parameters: {valid})") from None
 
 
 _registry: dict[str, Selector] = {}

@@ -18,6 +18,7 @@ from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.pool import FloatArray, Pool
+from plancurate.tasks.curation.selector_choice import labelled
 from plancurate.tasks.curation.selectors.base import STAGES, Kept, Problem, Selector, Stopwatch, find_selector
 from plancurate.tasks.lake.schema import table
 
@@ -126,12 +127,6 @@ def selection_id(
     inputs = json.dumps([chosen.name, *content, used], sort_keys=True)
     size = "all" if budget is None else f"k{budget}"
     return f"{chosen.name}-{size}-s{seed}-{hashlib.sha256(inputs.encode()).hexdigest()[:10]}"
-
-
-def labelled(selector: str, params: Mapping[str, object]) -> str:
-    """Name a selector with the parameters it was given, such as `BehaviorRetrieval(task=shortest)`."""
-    given = ", ".join(f"{name}={value}" for name, value in sorted(params.items()))
-    return f"{selector}({given})" if given else selector
 
 
 def label(selector: str, budget: int | None) -> str:

@@ -90,7 +90,7 @@ class Batches:
         data = self.data[s]
         rows = data.windows(data.window_starts[self._draw_windows(s)], self.length) + self.offsets[s]
         rows = rows.reshape(BLOCK, self.kind.batch, self.length).swapaxes(1, 2)
-        return torch.from_numpy(rows), self.kind.masks(BLOCK, self.rngs[s])
+        return torch.from_numpy(rows), self.kind.masks(BLOCK, data.observations.shape[1], self.rngs[s])
 
     def _draw_windows(self, s: int) -> npt.NDArray[np.int64]:
         """Numbers (BLOCK * batch,) of the windows that one network learns from next."""

@@ -45,9 +45,19 @@ def gru_cell(
     return torch.lerp(n, h, z)
 
 
-def gru(x: Tensor, input: Tensor, hidden: Tensor, input_bias: Tensor, hidden_bias: Tensor) -> Tensor:
-    """Hidden states (S, T, b, H) of T steps from inputs x (S, T, b, i), beginning at zero."""
-    states: Tensor = GatedRecurrence.apply(x, input, hidden, input_bias, hidden_bias)  # type: ignore[no-untyped-call]
+def gru(
+    x: Tensor,
+    input: Tensor,
+    hidden: Tensor,
+    input_bias: Tensor,
+    hidden_bias: Tensor,
+    mask: Tensor | None = None,
+) -> Tensor:
+    """Hidden states (S, T, b, H) of T steps from inputs x (S, T, b, i), beginning at zero.
+
+    The gates see hidden states times the mask (S, b, H), the same at all steps; None is a mask of ones.
+    """
+    states: Tensor = GatedRecurrence.apply(x, input, hidden, input_bias, hidden_bias, mask)  # type: ignore[no-untyped-call]
     return states
 
 
@@ -55,12 +65,18 @@ class GatedRecurrence(torch.autograd.Function):
     """`gru` with its derivative by hand: half the time, since each step stays in the cache.
 
     Gates of step t: r reset, z update, n new, with c the recurrent part of n before r is applied;
-    h[t+1] = (1 - z) n + z h[t], n = tanh(a + r c).
+    h[t+1] = (1 - z) n + z h[t], n = tanh(a + r c). The recurrent parts of r, z and n are of h[t] times the mask.
     """
 
     @staticmethod
     def forward(
-        ctx: Any, x: Tensor, input: Tensor, hidden: Tensor, input_bias: Tensor, hidden_bias: Tensor
+        ctx: Any,
+        x: Tensor,
+        input: Tensor,
+        hidden: Tensor,
+        input_bias: Tensor,
+        hidden_bias: Tensor,
+        mask: Tensor | None,
     ) -> Tensor:
         """Run the recurrence."""
         s, steps, b, i = x.shape
@@ -70,32 +86,37 @@ class GatedRecurrence(torch.autograd.Function):
         gates = x.new_empty(s, steps, b, 3 * size)
         c = x.new_empty(s, steps, b, size)
         for t in range(steps):
-            gh = torch.baddbmm(hidden_bias, h[:, t], hidden)
+            gh = torch.baddbmm(hidden_bias, _masked(h[:, t], mask), hidden)
             rz, n = gates[:, t, :, : 2 * size], gates[:, t, :, 2 * size :]
             torch.add(gx[:, t, :, : 2 * size], gh[..., : 2 * size], out=rz).sigmoid_()
             c[:, t] = gh[..., 2 * size :]
             torch.addcmul(gx[:, t, :, 2 * size :], rz[..., :size], c[:, t], out=n)
             n.mul_(2).sigmoid_().mul_(2).sub_(1)  # tanh, seven times faster on a CPU
             torch.lerp(n, h[:, t], rz[..., size:], out=h[:, t + 1])
-        ctx.save_for_backward(x, input, hidden, h, gates, c)
+        ctx.save_for_backward(x, input, hidden, h, gates, c, mask)
         return h[:, 1:]
 
     @staticmethod
-    def backward(ctx: Any, *grads: Tensor) -> tuple[Tensor | None, Tensor, Tensor, Tensor, Tensor]:
-        """Derivatives by x, input, hidden, input_bias, hidden_bias."""
-        x, input, hidden, h, gates, c = ctx.saved_tensors
+    def backward(ctx: Any, *grads: Tensor) -> tuple[Tensor | None, Tensor, Tensor, Tensor, Tensor, None]:
+        """Derivatives by x, input, hidden, input_bias, hidden_bias; none by the mask."""
+        x, input, hidden, h, gates, c, mask = ctx.saved_tensors
         s, steps, b, i = x.shape
         size = hidden.shape[1]
-        d = _gate_derivatives(grads[0], hidden, h, gates, c).view(s, steps * b, 4 * size)
+        d = _gate_derivatives(grads[0], hidden, h, gates, c, mask).view(s, steps * b, 4 * size)
         flat_x = x.reshape(s, steps * b, i)
-        flat_h = h[:, :-1].reshape(s, steps * b, size)
+        flat_h = _masked(h[:, :-1], None if mask is None else mask[:, None]).reshape(s, steps * b, size)
         bias = d.sum(1, keepdim=True)
         by_input = torch.bmm(flat_x.transpose(1, 2), d)
         by_hidden = torch.bmm(flat_h.transpose(1, 2), d[..., : 3 * size])
         by_x = None
         if ctx.needs_input_grad[0]:
             by_x = torch.bmm(_input_gates(d, size), input.transpose(1, 2)).view_as(x)
-        return by_x, _input_gates(by_input, size), by_hidden, _input_gates(bias, size), bias[..., : 3 * size]
+        by_biases = _input_gates(bias, size), bias[..., : 3 * size]
+        return by_x, _input_gates(by_input, size), by_hidden, *by_biases, None
+
+
+def _masked(h: Tensor, mask: Tensor | None) -> Tensor:
+    return h if mask is None else h * mask
 
 
 def _input_gates(d: Tensor, size: int) -> Tensor:
@@ -103,7 +124,9 @@ def _input_gates(d: Tensor, size: int) -> Tensor:
     return torch.cat((d[..., : 2 * size], d[..., 3 * size :]), dim=-1)
 
 
-def _gate_derivatives(grad: Tensor, hidden: Tensor, h: Tensor, gates: Tensor, c: Tensor) -> Tensor:
+def _gate_derivatives(
+    grad: Tensor, hidden: Tensor, h: Tensor, gates: Tensor, c: Tensor, mask: Tensor | None
+) -> Tensor:
     """Derivatives (S, T, b, 4H) by r, z before the sigmoid, by c, and by a; grad is by the hidden states."""
     s, steps, b, size = grad.shape
     d = grad.new_empty(s, steps, b, 4 * size)
@@ -117,5 +140,9 @@ def _gate_derivatives(grad: Tensor, hidden: Tensor, h: Tensor, gates: Tensor, c:
         torch.mul(dc * c[:, t], 1 - r, out=dr)
         torch.mul((h[:, t] - n) * dh, z - z * z, out=dz)
         if t:
-            dh = torch.baddbmm(torch.addcmul(grad[:, t - 1], dh, z), d[:, t, :, : 3 * size], back)
+            carried, of_gates = torch.addcmul(grad[:, t - 1], dh, z), d[:, t, :, : 3 * size]
+            if mask is None:
+                dh = torch.baddbmm(carried, of_gates, back)
+            else:  # the mask lies between the product and the sum
+                dh = torch.addcmul(carried, torch.bmm(of_gates, back), mask)
     return d

@@ -11,7 +11,7 @@ import torch
 from pydantic import BaseModel, ConfigDict, ValidationError
 from torch import Tensor
 
-from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 from plancurate.registry import discover
 
 ENTRY_POINTS = "plancurate.policies"
@@ -52,8 +52,11 @@ class Policy(BaseModel, ABC):
     ) -> tuple[Tensor, Tensor | None]:
         """Actions (S, b, n) for observations (S, b, o), and what to remember; memory None starts afresh."""
 
-    def masks(self, steps: int, rng: torch.Generator) -> Tensor | None:
-        """Draw one network's masks (steps, batch, ...) for that many gradient steps, if it uses any."""
+    def masks(self, steps: int, observed: int, rng: torch.Generator) -> Tensor | None:
+        """Draw one network's masks (steps, batch, ...) for that many gradient steps, if it uses any.
+
+        `observed` numbers go into the network.
+        """
         return None
 
     def diagnostics(self, weights: Weights, observations: Tensor) -> dict[str, Tensor]:
@@ -103,9 +106,7 @@ def make_policy(name: str, settings: Mapping[str, Any]) -> Policy:
     try:
         return cls(**settings)
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"])
-        raise PlancurateError(f"policies.{name}.{field}: {first['input']!r}: {first['msg']}") from None
+        raise PlancurateError(first_problem(f"policies.{name}.{field_of(error)}", error, cls)) from None
 
 
 @cache

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import torch
@@ -42,13 +42,26 @@ class RNNPolicy(Policy):
         return self.error(self.heads(weights, observations, masks), actions.flatten(1, 2))
 
     def heads(self, weights: Weights, observations: Tensor, masks: Tensor | None = None) -> Tensor:
-        """Head outputs (S, window * batch, outputs) at all steps of windows (S, window, batch, o)."""
+        """Head outputs (S, window * batch, outputs) at all steps of windows (S, window, batch, o).
+
+        Masks (S, batch, o + 2 * layers * hidden), each the same at all steps of a window, are of the inputs of each
+        layer and of the head, then of the state of each layer as its gates see it.
+        """
         x = observations
+        into, recurrent = self._split(masks, observations.shape[-1])
         for k in range(self.layers):
-            x = gru(x, *_layer(weights, k))
-            if masks is not None:
-                x = x * masks[:, None, :, k]
+            x = gru(_times(x, into[k]), *_layer(weights, k), recurrent[k])
+        x = _times(x, into[-1])
         return torch.baddbmm(weights["head.bias"], x.flatten(1, 2), weights["head.weight"])
+
+    def _split(
+        self, masks: Tensor | None, observed: int
+    ) -> tuple[Sequence[Tensor | None], Sequence[Tensor | None]]:
+        """Masks of what goes into each layer and the head, and of the state of each layer."""
+        if masks is None:
+            return [None] * (self.layers + 1), [None] * self.layers
+        parts = masks.split([observed, *[self.hidden] * (2 * self.layers)], dim=-1)
+        return parts[: self.layers + 1], parts[self.layers + 1 :]
 
     def step(
         self, weights: Weights, observation: Tensor, memory: Tensor | None
@@ -71,6 +84,11 @@ class RNNPolicy(Policy):
     def choose(self, head: Tensor) -> Tensor:
         """Actions (S, b, n) from head outputs (S, b, outputs)."""
         return head
+
+
+def _times(x: Tensor, mask: Tensor | None) -> Tensor:
+    """Values (S, window, batch, k) times a mask (S, batch, k)."""
+    return x if mask is None else x * mask[:, None]
 
 
 def _layer(weights: Weights, k: int) -> list[Tensor]:

@@ -13,7 +13,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load_file, save
 from torch import Tensor
 
-from plancurate.errors import PlancurateError
+from plancurate.errors import PlancurateError, field_of, first_problem
 from plancurate.tasks.lake.manifest import folder_damage, list_files
 from plancurate.tasks.learning.observations import Layout, require_terms, width
 from plancurate.tasks.learning.policies.policy import Policy, make_policy
@@ -110,9 +110,9 @@ def load_policy(folder: Path) -> TrainedPolicy:
     try:
         description = Description.model_validate_json((folder / DESCRIPTION_FILE).read_text())
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise PlancurateError(f"{folder / DESCRIPTION_FILE}: {where}: {first['msg']}") from None
+        raise PlancurateError(
+            first_problem(f"{folder / DESCRIPTION_FILE}: {field_of(error)}", error, Description)
+        ) from None
     try:
         tensors = load_file(folder / WEIGHTS_FILE)
     except SafetensorError as error:

@@ -38,7 +38,7 @@ def test_unknown_policy_and_setting_name_the_nearest() -> None:
 
 
 def test_value_out_of_range_names_policy_field_and_value() -> None:
-    with pytest.raises(PlancurateError, match=r"policies.BC_RNN_Dropout.dropout: 1.5"):
+    with pytest.raises(PlancurateError, match=r"policies.BC_RNN_Dropout.dropout = 1.5"):
         make_policy("BC_RNN_Dropout", {"dropout": 1.5})
 
 
@@ -74,25 +74,63 @@ def test_squared_error_of_the_loss_is_that_of_the_actions_taken(name: str) -> No
     torch.testing.assert_close(policy.loss(weights, observations, actions, None), expected)
 
 
-def test_dropout_silences_the_same_units_at_all_steps_of_a_window() -> None:
-    policy = DropoutRNNPolicy(hidden=5, batch=3, dropout=0.4)
-    weights = dict(weights_of(policy, 1))
-    observations = random(1, 10, 3, OBSERVED)
-    masks = policy.masks(1, torch.Generator().manual_seed(0))[0][None]
-    silent = masks[0, :, 0] == 0
-    assert silent.any()
-    base = policy.loss(weights, observations, torch.zeros(1, 10, 3, ACTED), masks)
-    for unit in range(5):
-        changed = dict(weights)
-        changed["head.weight"] = weights["head.weight"].clone()
-        changed["head.weight"][0, unit] += 1.0
-        moved = policy.loss(changed, observations, torch.zeros(1, 10, 3, ACTED), masks) != base
-        assert bool(moved) == bool(~silent[:, unit].all())
+def written_out(
+    policy: DropoutRNNPolicy, weights: Weights, x: torch.Tensor, masks: torch.Tensor
+) -> torch.Tensor:
+    """Head outputs (T, b, outputs) of one network on x (T, b, o) with masks (b, ...), one step at a time.
+
+    A gated recurrent unit as torch.nn.GRU has it, with the dropout of Gal and Ghahramani: a mask of their own for
+    the inputs of each layer, the input of the head and the state of each layer, the same at every step.
+    """
+    hidden, layers = policy.hidden, policy.layers
+    into, first = [masks[:, :OBSERVED]], OBSERVED
+    for _ in range(layers):
+        into.append(masks[:, first : first + hidden])
+        first += hidden
+    state_masks = [masks[:, first + k * hidden : first + (k + 1) * hidden] for k in range(layers)]
+    states = [torch.zeros(x.shape[1], hidden, dtype=x.dtype) for _ in range(layers)]
+    outputs = []
+    for step in x:
+        value = step
+        for k in range(layers):
+            part = {
+                name: weights[f"gru_{k}.{name}"][0]
+                for name in ("input", "hidden", "input_bias", "hidden_bias")
+            }
+            from_input = (value * into[k]) @ part["input"] + part["input_bias"]
+            from_state = (states[k] * state_masks[k]) @ part["hidden"] + part["hidden_bias"]
+            (r_i, z_i, n_i), (r_h, z_h, n_h) = from_input.chunk(3, -1), from_state.chunk(3, -1)
+            reset, update = torch.sigmoid(r_i + r_h), torch.sigmoid(z_i + z_h)
+            new = torch.tanh(n_i + reset * n_h)
+            states[k] = (1 - update) * new + update * states[k]
+            value = states[k]
+        outputs.append((value * into[layers]) @ weights["head.weight"][0] + weights["head.bias"][0])
+    return torch.stack(outputs)
+
+
+@pytest.mark.parametrize("layers", [1, 2])
+def test_dropout_equals_a_recurrence_written_out_step_by_step(layers: int) -> None:
+    policy = DropoutRNNPolicy(hidden=5, batch=3, dropout=0.4, layers=layers)
+    weights = {name: value.double().requires_grad_() for name, value in weights_of(policy).items()}
+    x = random(2, 7, 3, OBSERVED).double()
+    masks = policy.masks(2, OBSERVED, torch.Generator().manual_seed(0)).double()
+    heads = policy.heads(weights, x, masks).view(2, 7, 3, ACTED)
+    gradients = torch.autograd.grad(heads.pow(3).sum(), list(weights.values()))
+    for s in range(2):
+        alone = {name: value[s : s + 1].detach().requires_grad_() for name, value in weights.items()}
+        expected = written_out(policy, alone, x[s], masks[s])
+        torch.testing.assert_close(heads[s], expected)
+        others = torch.autograd.grad(expected.pow(3).sum(), list(alone.values()))
+        for gradient, other in zip(gradients, others, strict=True):
+            torch.testing.assert_close(gradient[s : s + 1], other)
+    ones = policy.heads(weights, x, torch.ones_like(masks))
+    torch.testing.assert_close(ones, policy.heads(weights, x))
 
 
 def test_dropout_masks_have_mean_one_and_the_asked_share_of_silence() -> None:
-    masks = DropoutRNNPolicy(hidden=100, batch=50, dropout=0.3).masks(4, torch.Generator().manual_seed(0))
-    assert masks.shape == (4, 50, 1, 100)
+    policy = DropoutRNNPolicy(hidden=100, batch=50, dropout=0.3, layers=2)
+    masks = policy.masks(4, OBSERVED, torch.Generator().manual_seed(0))
+    assert masks.shape == (4, 50, OBSERVED + 4 * 100)
     assert (masks == 0).double().mean() == pytest.approx(0.3, abs=0.02)
     assert masks.mean() == pytest.approx(1.0, abs=0.03)
 

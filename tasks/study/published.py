@@ -11,8 +11,7 @@ from typing import Any
 
 import yaml
 
-from plancurate.errors import UnknownNameError
-from plancurate.tasks.study.statistics import Outcomes
+from plancurate.tasks.study.statistics import Interval, Outcomes
 
 
 @dataclass(frozen=True)
@@ -35,8 +34,12 @@ class PublishedResult:
     """A4, m."""
     joint_movement: float
     """A4, rad."""
-    selection_time_s: float | None
-    """A5, s; None for a selector that is not in it."""
+    selection_time_s: float
+    """A5, s."""
+    selection_times: int
+    """A5: how many selections were timed."""
+    selection_time_interval: Interval | None
+    """A5, s; None where it is not known."""
 
 
 @cache
@@ -45,14 +48,6 @@ def published_results() -> Mapping[str, PublishedResult]:
     text = files(__package__).joinpath("published.yaml").read_text(encoding="utf-8")
     tables = yaml.safe_load(text)
     return MappingProxyType({name: _result(name, row, tables) for name, row in tables["selectors"].items()})
-
-
-def published_result(selector: str) -> PublishedResult:
-    """A published selector; UnknownNameError for one that the publication doesn't have."""
-    results = published_results()
-    if selector not in results:
-        raise UnknownNameError("published selector", selector, results)
-    return results[selector]
 
 
 def _result(selector: str, row: Mapping[str, Any], tables: Mapping[str, Any]) -> PublishedResult:
@@ -77,6 +72,10 @@ def _result(selector: str, row: Mapping[str, Any], tables: Mapping[str, Any]) ->
             name: row[name]
             for name in ("final_distance", "path_length", "joint_movement", "selection_time_s")
         },
+        selection_times=tables["selection_times"],
+        selection_time_interval=Interval(*row["selection_time_interval"])
+        if "selection_time_interval" in row
+        else None,
     )
 
 

@@ -1,0 +1,23 @@
+-- Results of each network of a study. Grain: scene, pool label, selector, budget, policy, training seed,
+-- selection seed.
+-- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
+SELECT
+    scene,
+    pool_label,
+    selector,
+    budget,
+    policy,
+    seed,                                        -- of training
+    selection_seed,
+    count(*)::INTEGER AS n,
+    count_if(success)::INTEGER AS successes,
+    count_if(settled)::INTEGER AS settled,
+    avg(final_distance) AS final_distance,       -- m
+    avg(path_length) AS path_length,             -- m
+    avg(joint_movement) AS joint_movement,       -- rad
+    any_value(selection_time_s) AS selection_time_s,
+    any_value(n_kept) AS n_kept
+FROM study_trials($study)
+WHERE kind = $kind
+GROUP BY scene, pool_label, selector, budget, policy, seed, selection_seed
+ORDER BY scene, pool_label, selector, budget NULLS FIRST, policy, seed, selection_seed;

@@ -1,0 +1,10 @@
+-- What a study planned, in each of its pools: runs of its own planners for its own targets, failed ones too.
+-- Other studies may share the pool. For people: FROM study_candidates('quick-0a1b2c3d').
+CREATE OR REPLACE MACRO study_candidates(study_id) AS TABLE
+SELECT studies.pool_label, trajectories.*
+FROM trajectories
+INNER JOIN studies USING (robot, scene, pool)
+WHERE
+    studies.study = study_id
+    AND trajectories.target_id < studies.n_targets
+    AND list_contains(studies.planners, trajectories.planner);

@@ -1,0 +1,25 @@
+"""What the candidates of a study are worth: how many of them differ."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from plancurate.tasks.lake import Lake
+from plancurate.tasks.study.rows import PoolRow
+
+DEGENERATE = 1 / 3
+
+
+def study_pools(lake: Lake, study: str) -> list[PoolRow]:
+    """Count the candidates of each pool of a study; known as soon as they are planned and the study is recorded."""
+    by_pool: dict[tuple[str, str], list[Mapping[str, Any]]] = defaultdict(list)
+    for row in lake.query("results/equal_candidates", study=study).to_pylist():
+        by_pool[row["scene"], row["pool_label"]].append(row)
+    return [_pool_row(*key, own) for key, own in by_pool.items()]
+
+
+def _pool_row(scene: str, pool_label: str, rows: Sequence[Mapping[str, Any]]) -> PoolRow:
+    candidates, distinct = (sum(row[name] for row in rows) for name in ("candidates", "distinct_candidates"))
+    return PoolRow(scene, pool_label, len(rows), candidates, distinct, distinct < DEGENERATE * candidates)

@@ -1,0 +1,115 @@
+"""What a study says, in sentences for a newcomer: which selection, how sure that is, what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from plancurate.tasks.study import text
+from plancurate.tasks.study.against import BASELINE, SURE
+from plancurate.tasks.study.results import StudyResults
+from plancurate.tasks.study.rows import ALL_SCENES, PoolRow, SummaryRow
+
+TESTS = {
+    "unseen": "tests at targets that no policy was trained on",
+    "displaced": "tests at targets up to 5 cm from a trained one",
+}
+NAMED = 4
+"""Ties that are named one by one."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One scene's verdict, or that over all of several scenes."""
+
+    best: list[SummaryRow]
+    """The best selection and those that the tests can't tell from it."""
+    which: str
+    sure: str
+    steps: list[str]
+    """What to do next."""
+
+    @property
+    def sentences(self) -> list[str]:
+        """All of it, the most important first."""
+        return [self.which, self.sure, *self.steps]
+
+
+def verdicts(results: StudyResults) -> list[Verdict]:
+    """One verdict for each variant of candidates: over all scenes where there are several."""
+    summaries = results.headline.summaries
+    groups = dict.fromkeys(row.group for row in summaries)
+    shown = [group for group in groups if group[0] == ALL_SCENES] or list(groups)
+    return [_verdict(results, [row for row in summaries if row.group == group]) for group in shown]
+
+
+def _verdict(results: StudyResults, rows: Sequence[SummaryRow]) -> Verdict:
+    best = [row for row in rows if row.best]
+    general = next((row for row in rows if row.selector == BASELINE), None)
+    steps = [*pool_steps(results.pools), *seed_steps(rows), *choice_steps(results, best)]
+    several = len({row.group for row in results.headline.summaries}) > 1
+    where = f"{text.group(best[0])}: " if several else ""
+    return Verdict(best, where + which(best, TESTS[results.headline.kind]), sure(best[0], general), steps)
+
+
+def which(best: Sequence[SummaryRow], tests: str) -> str:
+    """Which selection is best; ties are named as ties."""
+    first = best[0]
+    rate = f"{text.percent(first.success_rate)} % {text.percents(first.interval)}"
+    if len(best) == 1:
+        return f"{first.name} is the best selection: {rate} of {first.n} {tests} succeed."
+    names = ", ".join(row.name for row in best[:NAMED])
+    more = f" and {len(best) - NAMED} more" if len(best) > NAMED else ""
+    last = text.percent(min(row.success_rate for row in best))
+    return (
+        f"{len(best)} selections tie for the best: {names}{more}. {first.name} leads with {rate} of {first.n} {tests}; "
+        f"the tests can't tell it from the others, down to {last} %."
+    )
+
+
+def sure(first: SummaryRow, general: SummaryRow | None) -> str:
+    """How sure it is that the first selection helps, and what its interval covers."""
+    covered = f"The 95 % interval in brackets covers other {first.interval_over}."
+    if general is None:
+        return f"General, which keeps every candidate, was not tested, so whether selecting helps is open. {covered}"
+    if first.gain is None:
+        return f"No selection beats General, which keeps every candidate. {covered}"
+    gain = f"{text.points(first.gain.value)} points {text.percents(first.gain.interval)}"
+    chance = "more than chance" if first.gain.holm_p < SURE else "it may be chance"
+    return (
+        f"General, which keeps every candidate, reaches {text.percent(general.success_rate)} %: {gain}, "
+        f"{text.p_value(first.gain.holm_p)}, {chance}. {covered}"
+    )
+
+
+def pool_steps(pools: Sequence[PoolRow]) -> Iterator[str]:
+    """What to do about pools that hold copies."""
+    for pool in pools:
+        if pool.degenerate:
+            yield (
+                f"The pool of {text.group(pool)} is degenerate: only {pool.distinct} of its {pool.candidates} "
+                "candidates differ, so that selections can hardly differ. Plan with less simplification or other goals."
+            )
+
+
+def seed_steps(rows: Sequence[SummaryRow]) -> Iterator[str]:
+    """What to do about levels of chance that the study does not show."""
+    if max(row.selection_seeds for row in rows) == 1:
+        yield "Every selection was drawn once; several `selection_seeds` would show what another draw changes."
+    if max(row.training_seeds for row in rows) == 1:
+        yield "Every network was trained once; several `seeds` would show what another training changes."
+
+
+def choice_steps(results: StudyResults, best: Sequence[SummaryRow]) -> Iterator[str]:
+    """What to do with the best selection, or with several of them."""
+    chosen = min(best, key=lambda row: row.selection_time_s) if len(best) > 1 else best[0]
+    if len(best) > 1:
+        yield (
+            f"More targets and seeds would tell the ties apart. Of them {chosen.name} takes the least time to select "
+            f"({text.seconds(chosen.selection_time_s)} s)."
+        )
+    budget = "budget IS NULL" if chosen.budget is None else f"budget = {chosen.budget}"
+    yield (
+        "Its trajectories: SELECT * FROM selections "
+        f"WHERE study = '{results.study.study}' AND selector = '{chosen.selector}' AND {budget}"
+    )
