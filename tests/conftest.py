@@ -14,8 +14,8 @@ import pytest
 from plancurate.robots import Robot, Scene
 from plancurate.tasks.candidates.bullet import bullet
 from plancurate.tasks.candidates.simulation import World
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.schema import table
+from plancurate.tasks.lake.store import Lake
 
 from .homes import new_home, tables
 

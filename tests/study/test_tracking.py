@@ -23,11 +23,7 @@ from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_p
 from plancurate.tasks.study import tracking
 from plancurate.tasks.study.tracking import ChildRun, StudyRun
 
-# MLflow uses what SQLAlchemy 2.1 deprecates; no user sees that.
-pytestmark = [
-    pytest.mark.server,
-    pytest.mark.filterwarnings("ignore::sqlalchemy.exc.SADeprecationWarning"),
-]
+pytestmark = pytest.mark.server
 
 DOF = 6
 
