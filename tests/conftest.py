@@ -399,9 +399,3 @@ class StudyMaker:
 def maker(small_lake: Lake) -> StudyMaker:
     """Writes studies into the small lake."""
     return StudyMaker(small_lake)
-
-
-@pytest.fixture(scope="module")
-def shared_maker(small_lake_once: Lake, tmp_path_factory: pytest.TempPathFactory) -> StudyMaker:
-    """Writes studies into a small lake that all tests of a file read and none changes."""
-    return StudyMaker(copied(small_lake_once, tmp_path_factory.mktemp("shared")))

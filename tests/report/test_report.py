@@ -24,8 +24,6 @@ from plancurate.tasks.study.rows import BelowRandomRow, CoverageRow, PlannerRow
 from plancurate.tasks.study.selection_results import reasons
 from plancurate.tasks.study.text import percents
 
-from ..conftest import StudyMaker, copied
-
 FREE = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 TABLE = {"robot": "h2017", "scene": "table", "pool": "3d4e5f"}
 VOID = {"area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta", "source", "wbr"}
@@ -44,10 +42,9 @@ OUTCOMES = {
 SECONDS = {"prepare_s": 0.125, "cluster_s": 0.25, "select_s": 0.0005, "selection_time_s": 0.5}
 
 
-@pytest.fixture(scope="module")
-def study(shared_maker: Any) -> str:
+@pytest.fixture
+def study(maker: Any) -> str:
     """Four selections, two policies, two seeds, four tests a network, and two fresh targets for General."""
-    maker = shared_maker
     config = load_config("smoke", None, {"planners": ("RRT", "PRM"), "n_targets": 3, "seeds": (0, 1)})
     study = maker.record("tiny", "aaaaaaaa", config=config.model_dump_json())
     for (selector, budget), by_policy in OUTCOMES.items():
@@ -59,23 +56,12 @@ def study(shared_maker: Any) -> str:
     return str(study)
 
 
-@pytest.fixture(scope="module")
-def lake(shared_maker: Any, study: str) -> Lake:
-    return shared_maker.lake
+@pytest.fixture
+def results(small_lake: Lake, study: str) -> StudyResults:
+    return study_results(small_lake, study)
 
 
 @pytest.fixture
-def own(lake: Lake, tmp_path: Path) -> StudyMaker:
-    """Writes into a copy of that lake."""
-    return StudyMaker(copied(lake, tmp_path))
-
-
-@pytest.fixture(scope="module")
-def results(lake: Lake, study: str) -> StudyResults:
-    return study_results(lake, study)
-
-
-@pytest.fixture(scope="module")
 def report(results: StudyResults) -> Report:
     return build_report(results)
 
@@ -164,7 +150,7 @@ def test_table_a5_has_seconds_by_stage_and_the_publications(report: Report) -> N
     assert lines["General", "all"][-3:] == ["0", "18", none]
 
 
-def test_coverage_counts_targets_left_out_and_steps_learnt_from(report: Report, lake: Lake) -> None:
+def test_coverage_counts_targets_left_out_and_steps_learnt_from(report: Report, small_lake: Lake) -> None:
     rows: dict[Any, CoverageRow] = {(row.selector, row.budget): row for row in shown(report, "coverage").rows}
     assert rows["KMeans_Hybrid", 2] == CoverageRow(
         "free", "", "KMeans_Hybrid", 2, 1, 3, 16, 3, 1, 0, 1.0, 2, 3, 2, 3, 2 / 3, 1.0
@@ -172,7 +158,7 @@ def test_coverage_counts_targets_left_out_and_steps_learnt_from(report: Report, 
     assert rows["General", None] == CoverageRow(
         "free", "", "General", None, 1, 5, 16, 3, 0, 1, 2.0, 2, 5, 2, 4, 0.8, 1.0
     )
-    waypoints = lake.sql(
+    waypoints = small_lake.sql(
         "SELECT sum(n_waypoints) FROM trajectories WHERE target_id = 2 AND run = 0"
     ).to_pydict()
     share = 2 / float(next(iter(waypoints.values()))[0])
@@ -192,9 +178,9 @@ def test_planners_are_shown_by_their_share_of_each_selection(report: Report) -> 
     assert PlannerRow("free", "", "General", None, "RRT", 2, 0.4) in table.rows
 
 
-def test_fresh_targets_come_first_where_a_study_has_some(own: StudyMaker, study: str) -> None:
-    own.test(study, "General", None, "BC_MLP", "S.", kind="unseen")
-    report = build_report(study_results(own.lake, study))
+def test_fresh_targets_come_first_where_a_study_has_some(small_lake: Lake, maker: Any, study: str) -> None:
+    maker.test(study, "General", None, "BC_MLP", "S.", kind="unseen")
+    report = build_report(study_results(small_lake, study))
     assert [section.key for section in report.sections][:2] == ["fresh", "success"]
     (line,) = shown(report, "unseen").cells
     assert line[:4] == ["General", "all", "2", "50.0"]
@@ -241,14 +227,14 @@ def test_figures_show_the_largest_budget_and_curves_by_budget(report: Report) ->
     assert len(pictures["figure_3"].pictures) == 4
 
 
-def test_figure_a3_has_intervals_over_selection_seeds(own: StudyMaker, study: str) -> None:
+def test_figure_a3_has_intervals_over_selection_seeds(small_lake: Lake, maker: Any, study: str) -> None:
     def intervals() -> int:
-        report = build_report(study_results(own.lake, study))
+        report = build_report(study_results(small_lake, study))
         figure = next(figure for figure in report.figures if figure.key == "figure_a3")
         return figure.pictures[0][1].svg().count('class="interval"')
 
     assert intervals() == 0
-    own.select(study, "Random", 2, KEPT["Random", 2], seed=1, **{**SECONDS, "selection_time_s": 0.7})
+    maker.select(study, "Random", 2, KEPT["Random", 2], seed=1, **{**SECONDS, "selection_time_s": 0.7})
     assert intervals() == 3  # a line and its two ends
 
 
@@ -270,13 +256,13 @@ def test_the_setup_names_all_that_a_repetition_needs(report: Report) -> None:
     )
 
 
-def test_every_command_gives_the_rows_of_its_query(lake: Lake, report: Report) -> None:
+def test_every_command_gives_the_rows_of_its_query(small_lake: Lake, report: Report) -> None:
     for query in {query.command: query for table in report.tables for query in table.queries}.values():
         program, command, statement = shlex.split(query.command)
         assert (program, command) == ("plancurate", "sql")
         assert statement == query.statement
-        again = lake.sql(statement).to_pylist()
-        rows = lake.query(query.name, **query.parameters).to_pylist()
+        again = small_lake.sql(statement).to_pylist()
+        rows = small_lake.query(query.name, **query.parameters).to_pylist()
         assert len(again) == len(rows) > 0
         for one, other in zip(again, rows, strict=True):
             assert one == pytest.approx(other) if "test_ids" not in one else one == other
@@ -385,10 +371,12 @@ def test_reasons_name_what_a_selection_lacks_against_a_random_one() -> None:
     assert fewer.startswith("leaves 1 of 3 targets without data; keeps more trajectories that go a long way")
 
 
-def test_published_selectors_below_random_are_listed_with_their_reasons(own: StudyMaker, study: str) -> None:
-    own.test(study, "SCIZOR", 2, "BC_MLP", "....")
-    own.select(study, "SCIZOR", 2, KEPT["Random", 2])
-    report = build_report(study_results(own.lake, study))
+def test_published_selectors_below_random_are_listed_with_their_reasons(
+    small_lake: Lake, maker: Any, study: str
+) -> None:
+    maker.test(study, "SCIZOR", 2, "BC_MLP", "....")
+    maker.select(study, "SCIZOR", 2, KEPT["Random", 2])
+    report = build_report(study_results(small_lake, study))
     (row,) = shown(report, "below_random").rows
     assert row == BelowRandomRow(
         "free", "", "SCIZOR", 2, 0.0, 2 / 16, 2, 1.0, 1.0, "not explained by coverage or by the way"

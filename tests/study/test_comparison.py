@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -25,8 +24,6 @@ from plancurate.tasks.study.comparison import (
 from plancurate.tasks.study.statistics import Outcomes
 from plancurate.tasks.study.text import whole_percents
 
-from ..conftest import StudyMaker, copied
-
 SETUP = {
     "name": "a",
     "n_targets": 5,
@@ -41,10 +38,9 @@ def successes(n: int, of: int = 20) -> str:
     return "S" * n + "." * (of - n)
 
 
-@pytest.fixture(scope="module")
-def lake(shared_maker: Any) -> Lake:
+@pytest.fixture
+def lake(small_lake: Lake, maker: Any) -> Lake:
     """Study b leaves a policy out, has a second seed, a second budget, other timing and another OMPL."""
-    maker = shared_maker
     a = maker.record("a", "aaaaaaaa", config=json.dumps(SETUP))
     maker.test(a, "General", None, "BC_MLP", successes(5))
     maker.test(a, "General", None, "BC_RNN", successes(20))
@@ -56,13 +52,7 @@ def lake(shared_maker: Any) -> Lake:
     maker.test(b, "General", None, "BC_MLP", successes(14), seed=1)
     maker.test(b, "KMeans", 20, "BC_MLP", successes(20))
     maker.test(b, "KMeans", 5, "BC_MLP", successes(1))
-    return maker.lake
-
-
-@pytest.fixture
-def own(lake: Lake, tmp_path: Path) -> StudyMaker:
-    """Writes into a copy of that lake."""
-    return StudyMaker(copied(lake, tmp_path))
+    return small_lake
 
 
 def compared(lake: Lake, a: str = "a-aaaaaaaa", b: str = "b-bbbbbbbb", **choices: Any) -> StudyComparison:
@@ -121,17 +111,17 @@ def test_a_study_does_not_differ_from_itself(lake: Lake) -> None:
     assert [(row.difference, row.p_holm) for row in found.results] == [(0.0, 1.0)] * 3
 
 
-def test_unseen_targets_are_compared_apart(own: StudyMaker) -> None:
+def test_unseen_targets_are_compared_apart(lake: Lake, maker: Any) -> None:
     for study, n in (("a-aaaaaaaa", 3), ("b-bbbbbbbb", 4)):
-        own.test(study, "KMeans", 20, "BC_MLP", successes(n, 8), kind="unseen")
-    (row,) = compared(own.lake, kind="unseen").results
+        maker.test(study, "KMeans", 20, "BC_MLP", successes(n, 8), kind="unseen")
+    (row,) = compared(lake, kind="unseen").results
     assert (row.a, row.b) == (Outcomes(3, 8), Outcomes(4, 8))
 
 
-def test_a_selection_without_a_common_policy_is_not_compared(own: StudyMaker) -> None:
-    other = own.record("c", "cccccccc")
-    own.test(other, "KMeans", 20, "BC_RNN", "S")
-    assert compared(own.lake, b=other).results == []
+def test_a_selection_without_a_common_policy_is_not_compared(lake: Lake, maker: Any) -> None:
+    other = maker.record("c", "cccccccc")
+    maker.test(other, "KMeans", 20, "BC_RNN", "S")
+    assert compared(lake, b=other).results == []
 
 
 def test_an_unknown_study_is_refused_wherever_it_stands(lake: Lake) -> None:
@@ -190,10 +180,10 @@ def test_the_command_writes_the_same_as_json_and_markdown(
 
 
 def test_the_command_takes_keys_of_earlier_studies(
-    own: StudyMaker, capsys: pytest.CaptureFixture[str]
+    lake: Lake, maker: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    lake, later = own.lake, own.record("a", "ffffffff", run_at=datetime(2027, 1, 1, tzinfo=UTC))
-    own.test(later, "General", None, "BC_MLP", "S")
+    later = maker.record("a", "ffffffff", run_at=datetime(2027, 1, 1, tzinfo=UTC))
+    maker.test(later, "General", None, "BC_MLP", "S")
     assert "A  a-ffffffff\nB  b-bbbbbbbb" in said(capsys, lake, "a", "b")
     assert "A  a-ffffffff\nB  a-aaaaaaaa" in said(capsys, lake, "a", "a", key_b="aaaaaaaa")
     assert "A  a-aaaaaaaa\nB  b-bbbbbbbb" in said(capsys, lake, "a", "b", key_a="aaaaaaaa")

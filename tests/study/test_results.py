@@ -16,17 +16,17 @@ FREE = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 TABLE = {"robot": "h2017", "scene": "table", "pool": "3d4e5f"}
 
 
-@pytest.fixture(scope="module")
-def results(shared_maker: Any) -> StudyResults:
+@pytest.fixture
+def results(small_lake: Lake, maker: Any) -> StudyResults:
     """General with one policy, a hybrid with two and, for one of them, two selection seeds."""
-    maker, study = shared_maker, shared_maker.record("tiny", "aaaaaaaa")
+    study = maker.record("tiny", "aaaaaaaa")
     maker.test(study, "General", None, "BC_MLP", "S..C")
     maker.test(study, "KMeans_Hybrid", 2, "BC_MLP", "SSSR")
     maker.test(study, "KMeans_Hybrid", 2, "BC_RNN", "SRRR")
     maker.test(study, "KMeans_Hybrid", 2, "BC_RNN", "SR.R", selection_seed=1)
     maker.test(study, "Random", 2, "BC_MLP", "SS.R")
     maker.test(study, "KMeans_Hybrid", 2, "BC_RNN", "..", kind="unseen")
-    return study_results(maker.lake, study)
+    return study_results(small_lake, study)
 
 
 def summary(results: StudyResults, selector: str, scene: str = "free") -> SummaryRow:
@@ -136,14 +136,14 @@ def test_each_policy_and_distance_is_compared_with_generals_own(results: StudyRe
     assert distances["Random", 1].gain.error == pytest.approx((8 / 3 / 2 / 3) ** 0.5, rel=0.03)
 
 
-def test_unseen_targets_are_reported_apart_and_first(results: StudyResults, shared_maker: Any) -> None:
+def test_unseen_targets_are_reported_apart_and_first(results: StudyResults, small_lake: Lake) -> None:
     assert list(results.tests) == ["unseen", "displaced"]
     (row,) = results.headline.networks
     assert (row.selector, row.n, row.successes) == ("KMeans_Hybrid", 2, 0)
     assert results.headline.summaries[0].gain is None
     assert results.headline.summaries[0].published is None
     assert (results.headline.agreement, results.headline.distances) == ([], [])
-    assert headline_networks(shared_maker.lake, results.study.study) == results.headline.networks
+    assert headline_networks(small_lake, results.study.study) == results.headline.networks
 
 
 def test_a_kind_of_test_that_a_study_lacks_is_named(small_lake: Lake, maker: Any) -> None:
