@@ -29,9 +29,9 @@ COMMANDS = {
     "Run a study": [
         "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:evaluate", "stages:compact",
     ],
-    "See what came out": ["queries:report", "compare:compare", "queries:sql", "serve:serve"],
+    "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
     "See what there is": [
-        "fields:fields", "registered:robots", "registered:planners", "registered:selectors", "registered:policies",
+        "fields:fields", "planning:robots", "planning:planners", "registered:selectors", "registered:policies",
         "doctor:doctor",
     ],
 }  # fmt: skip
@@ -52,6 +52,7 @@ def build() -> App:
         name="plancurate",
         version=__version__,
         help="Turn motion planners into imitation-learning data and see which of it is worth training on.",
+        help_format="plaintext",  # as it is written, and without the import of a Markdown parser
     )
     place = count()
     for title, commands in COMMANDS.items():
