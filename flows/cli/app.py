@@ -15,7 +15,7 @@ from cyclopts import App, CycloptsError, Group
 
 from plancurate import __version__
 from plancurate.errors import IncompleteError, PlancurateError
-from plancurate.flows.cli.console import console
+from plancurate.flows.cli.console import console, output
 from plancurate.yaml_files import parse_yaml
 
 USER_ERROR, INCOMPLETE, INTERRUPTED = 2, 1, 130
@@ -71,7 +71,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Run the command line; a user's mistake ends it with one line and exit code 2."""
     try:
         words = [as_json(word) for word in (sys.argv[1:] if argv is None else argv)]
-        app(words, exit_on_error=False, print_error=False, console=console)
+        app(words, exit_on_error=False, print_error=False, console=output)
     except (CycloptsError, PlancurateError) as error:
         stop(str(error), USER_ERROR)
     except OSError as error:
