@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-from plancurate.tasks.curation.selectors.selection import label
+from plancurate.tasks.curation.names import label
 from plancurate.tasks.study.statistics import Interval
 
 ALL_SCENES = "all scenes"
