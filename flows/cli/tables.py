@@ -27,7 +27,7 @@ def matrix(tests: KindResults, title: str) -> Table:
         column.removeprefix("BC_").replace("RNN_", "RNN_\n").replace("Dropout", "Drop-\nout")
         for column in columns
     ]
-    for column in ("selector", "k", *names, "all", "set-\ntled"):
+    for column in ("selector", "k", *names, total(tests), "set-\ntled"):
         shown.add_column(column, justify="left" if column == "selector" else "right", no_wrap=True)
     for summary in lines(tests):
         cells = matrix_cells(tests, summary, columns)
@@ -49,7 +49,7 @@ def matrix_markdown(tests: KindResults) -> str:
                 "selector": summary.selector,
                 "k": text.budget(summary.budget),
                 **dict(zip(columns, matrix_cells(tests, summary, columns), strict=True)),
-                "all": text.percent(summary.success_rate),
+                total(tests): text.percent(summary.success_rate),
                 "95 % interval": text.percents(summary.interval),
                 "vs General": stars(summary),
                 "settled": text.percent(summary.settled_rate),
@@ -63,6 +63,12 @@ def lines(tests: KindResults) -> list[SummaryRow]:
     """The selections of the first group: over all scenes where there are several."""
     first = tests.summaries[0].group
     return [row for row in tests.summaries if row.group == first]
+
+
+def total(tests: KindResults) -> str:
+    """What a line's own rate, interval and stars are over."""
+    groups = {row.group for row in tests.summaries}
+    return "all policies" if len(groups) == 1 else place(tests.summaries[0])
 
 
 def matrix_columns(tests: KindResults) -> list[str]:

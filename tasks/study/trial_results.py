@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.against import SqlRow, cell, gains, moments_of, ties, welch_tests
 from plancurate.tasks.study.agreement import agreement_rows
 from plancurate.tasks.study.bootstrap import Counts, rate_interval
@@ -25,7 +25,7 @@ from plancurate.tasks.study.rows import (
     SummaryRow,
 )
 from plancurate.tasks.study.statistics import wilson_interval
-from plancurate.tasks.study.trials import Drawn, draw, draw_by_distance, network_trials
+from plancurate.tasks.study.trials import Bootstrap, Drawn, network_trials
 
 Kind = Literal["displaced", "unseen"]
 Published = Mapping[str, PublishedResult]
@@ -58,9 +58,10 @@ def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
     if not trials:
         return KindResults(kind, [], [], [], [], [], [])
     published = published_results() if kind == "displaced" else {}
-    drawn, settled, at_distance = draw(trials), draw(trials, "settled"), draw_by_distance(trials)
-    summaries = summary_rows(rows("by_selector"), drawn, settled, published)
-    distances = distance_rows(rows("by_distance"), at_distance, published)
+    bootstrap = Bootstrap(trials)
+    drawn = bootstrap.draw()
+    summaries = summary_rows(rows("by_selector"), drawn, bootstrap.draw("settled"), published)
+    distances = distance_rows(rows("by_distance"), bootstrap.by_distance(), published)
     return KindResults(
         kind=kind,
         networks=in_order(network_rows(lake, study, kind), summaries),

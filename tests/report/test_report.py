@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.report import Report, build_report, markdown, write_report
 from plancurate.tasks.report.commands import literal
 from plancurate.tasks.report.contents import Report as Contents
@@ -80,14 +80,15 @@ def test_table_a1_shows_rates_gains_ties_and_the_publications_test_beside(
 ) -> None:
     table = shown(report, "table_a1")
     assert table.headers == (
-        "selector", "k", "n", "success %", "published %", "95 %", "over", "", "gain", "95 %", "Holm p", "settled %",
+        "selector", "k", "n", "success %", "published %", "95 %",
+        "selection seeds x training seeds x targets", "", "gain", "95 %", "Holm p", "settled %",
         "95 %", "publication's: Wilson 95 %", "z", "p",
     )  # fmt: skip
     best = results.headline.summaries[0]
     assert best.gain is not None
     lines = cells(report, "table_a1")
     assert lines["KMeans_Hybrid", "2"] == [
-        "16", "93.8", "79.1", percents(best.interval), "training seeds and targets", "best",
+        "16", "93.8", "79.1", percents(best.interval), "1 x 2 x 4", "best",
         f"+68.8 {best.gain.stars}", percents(best.gain.interval), f"{best.gain.holm_p:.3f}", "81.2",
         percents(best.settled_interval), "[71.7, 98.9]", "3.96", "< 0.001 ***",
     ]  # fmt: skip

@@ -12,9 +12,9 @@ from plancurate.sql import names
 from plancurate.tasks.curation.curate import curate
 from plancurate.tasks.curation.pool import load_pool
 from plancurate.tasks.curation.selector_choice import SelectorChoice
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.audits import failed_audits
 from plancurate.tasks.lake.manifest import list_files
+from plancurate.tasks.lake.store import Lake
 
 from ..conftest import copied
 
