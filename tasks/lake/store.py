@@ -109,15 +109,23 @@ class Lake:
         rows = self._run(f"SELECT * FROM {name} ORDER BY {order}", levels)
         return rows.select(kind.full_schema.names).cast(kind.full_schema)
 
-    def query(self, name: str, *, sound_only: bool = False, **parameters: object) -> pa.Table:
+    def query(self, name: str, **parameters: object) -> pa.Table:
         """Run sql/<name>.sql over the views with bound parameters; the same parts give the same bits.
 
-        A parameter that is called like a level ($pool, $study, ...) is that level's value. `sound_only` leaves
-        damaged parts out instead of refusing them.
+        A parameter that is called like a level ($pool, $study, ...) is that level's value.
         """
+        return self._ask(name, parameters, refuse)
+
+    def query_sound(self, name: str, **parameters: object) -> pa.Table:
+        """Run a query like `query`, over sound parts alone: damaged ones are left out instead of refused."""
+        return self._ask(name, parameters, _accept)
+
+    def _ask(
+        self, name: str, parameters: Mapping[str, object], judge: Callable[[Iterable[Damage]], None]
+    ) -> pa.Table:
         levels = {level: value for level, value in parameters.items() if isinstance(value, str)}
-        judge = _accept if sound_only else refuse
-        return self._run(load(name), levels, parameters, threads=1, judge=judge)  # several threads add as they end
+        # Several threads would add numbers in the order in which they end.
+        return self._run(load(name), levels, parameters, threads=1, judge=judge)
 
     def sql(self, statement: str, say: Callable[[str], object] = warnings.warn) -> pa.Table:
         """Run one SELECT of the user's: nothing is written, no file outside the lake is opened.
