@@ -11,7 +11,6 @@ from pathlib import Path
 import duckdb
 import pyarrow as pa
 import pyarrow.parquet as pq
-import pyarrow.parquet as pq
 
 from plancurate.errors import PlancurateError
 from plancurate.sql import load
