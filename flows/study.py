@@ -15,21 +15,22 @@ from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.checks import audit_study
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import open_study
+from plancurate.tasks.study.exclusive import exclusive
 from plancurate.tasks.study.tracking import ensure_store
 
 
 @flow(name="study", flow_run_name="study {config.name}")
 def study(config: StudyConfig, home: str | None = None) -> None:
     """Plan, curate, train, evaluate and publish; every stage does only what the home folder lacks."""
-    ensure_store(
-        Home.resolve(home).mlflow_db
-    )  # a tracking server that is away is said now, not after the work
-    generate(config, home)
-    curate(config, home)
-    train(config, home)
-    evaluate(config, home)
-    publish(config, home)
-    audit(config, home)
+    opened = open_study(config, Home.resolve(home))
+    ensure_store(opened.home.mlflow_db)  # a tracking server that is away is said now, not after the work
+    with exclusive(opened.home, opened.study):
+        generate(config, home)
+        curate(config, home)
+        train(config, home)
+        evaluate(config, home)
+        publish(config, home)
+        audit(config, home)
 
 
 @task(task_run_name="audit", cache_policy=NO_CACHE, persist_result=False)

@@ -14,12 +14,25 @@ import pytest
 from plancurate.robots import Robot, Scene
 from plancurate.tasks.candidates.bullet import bullet
 from plancurate.tasks.candidates.simulation import World
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.schema import table
+from plancurate.tasks.lake.store import Lake
 
 from .homes import new_home, tables
 
 __all__ = ["new_home", "tables"]
+
+SERVER_FIXTURES = {"plancurate", "tables"}  # the command line, and homes for services
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
+    """Mark what starts a server, keep in one worker what shares fixtures, and begin with what takes longest."""
+    for item in items:
+        if SERVER_FIXTURES & set(item.fixturenames):
+            item.add_marker("server")
+        shared = "the smoke study" if "smoke" in item.fixturenames else item.location[0]
+        item.add_marker(pytest.mark.xdist_group(shared))
+    items.sort(key=lambda item: ("smoke" not in item.fixturenames, item.get_closest_marker("server") is None))
 
 
 class Judge:

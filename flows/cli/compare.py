@@ -13,7 +13,7 @@ from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.cli.queries import write
 from plancurate.flows.cli.tables import as_markdown
 from plancurate.tasks.curation.selectors.selection import label
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study import text
 from plancurate.tasks.study.comparison import (
     FieldDifference,

@@ -13,7 +13,7 @@ from rich.table import Table
 from plancurate.flows.cli.console import console, output
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.cli.tables import as_json, report_markdown
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.report import build_report, write_report
 from plancurate.tasks.study.results import study_results
 from plancurate.tasks.study.studies import find_study

@@ -10,8 +10,8 @@ from typing import IO
 
 from plancurate.flows.cli.console import console
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.flows.server.locks import read_note, try_lock, write_note
 from plancurate.flows.server.serve import services, watch
+from plancurate.locks import read_note, try_lock, write_note
 from plancurate.tasks.lake.home import Home
 
 MLFLOW_PAGE = "#/experiments?workflowType=machine_learning"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -49,16 +50,26 @@ def compact(options: StudyOptions = StudyOptions()) -> None:
 
 def run(name: str, options: StudyOptions) -> StudyContext:
     """Run the flow of that name on a Prefect server: the configured one, or one of our own for the time of it."""
-    config, home = options.study(), options.folder()
-    from plancurate.tasks.study.context import open_study  # torch and SciPy: seconds, which no --help needs
+    config, home, module = options.study(), options.folder(), f"plancurate.flows.{name}"
 
-    # A robot or scene that can't be loaded is said before anything is started or written.
-    study = open_study(config, home)
+    @cache
+    def opened() -> StudyContext:
+        from plancurate.tasks.study.context import (
+            open_study,  # torch and SciPy: seconds, which no --help needs
+        )
+
+        return open_study(config, home)
+
+    def prepare() -> None:
+        opened()
+        import_module(module)
+
+    if not home.prefect.exists():
+        opened()  # a robot or scene that can't be loaded is said before anything is started or written
     home.require_writable()
-    module = f"plancurate.flows.{name}"
-    console.print(f"[bold]{name} {study.study}[/]  [dim]{home.root}[/]", highlight=False)
     with ExitStack() as stack:
         with console.status("starting Prefect's server"):
-            stack.enter_context(prefect_server(home, meanwhile=lambda: import_module(module)))
+            stack.enter_context(prefect_server(home, meanwhile=prepare))
+        console.print(f"[bold]{name} {opened().study}[/]  [dim]{home.root}[/]", highlight=False)
         getattr(import_module(module), name)(config, str(home.root))
-    return study
+    return opened()

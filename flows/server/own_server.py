@@ -12,8 +12,16 @@ from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, Any
 
 from plancurate.errors import PlancurateError
-from plancurate.flows.server.locks import STOP_TIMEOUT_S, lock, read_note, try_lock, users_lock
-from plancurate.flows.server.services import HOST, free_port, healthy, last_line, spawn, started
+from plancurate.flows.server.services import (
+    HOST,
+    STOP_TIMEOUT_S,
+    free_port,
+    healthy,
+    last_line,
+    spawn,
+    started,
+)
+from plancurate.locks import lock, read_note, try_lock
 from plancurate.tasks.lake.home import Home
 
 if TYPE_CHECKING:
@@ -40,7 +48,8 @@ SERVER_DEFAULTS = {
 def own_server(home: Home, port: int, meanwhile: Callable[[], object]) -> Iterator[str]:
     """API URL of the home's server while it is used; the arguments are those of `prefect_server`."""
     home.prefect.mkdir(parents=True, exist_ok=True)
-    with users_lock(home) as users:
+    with (home.prefect / "users.lock").open("a") as users:
+        lock(users, fcntl.LOCK_SH, STOP_TIMEOUT_S)  # a server that is just ending is waited for
         try:
             yield _join_or_start(home, port, meanwhile)
         finally:

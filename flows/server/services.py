@@ -16,9 +16,9 @@ from datetime import datetime
 from pathlib import Path
 
 from plancurate.errors import PlancurateError
-from plancurate.flows.server.locks import STOP_TIMEOUT_S
 
 HOST = "127.0.0.1"
+STOP_TIMEOUT_S = 30.0
 
 started: list[subprocess.Popen[bytes]] = []  # kept: a server may outlive the run that started it
 

@@ -21,7 +21,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO
 
-from plancurate.flows.server.locks import try_lock, write_note
+from plancurate.locks import try_lock, write_note
 
 POLL_S = 0.3
 GRACE_S = 15.0

@@ -20,7 +20,7 @@ from plancurate.tasks.curation.selectors.selection import (
     select,
     selection_id,
 )
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 
 _SAME = (
     "selection_id", "selector", "budget", "seed", "pool_hash", "n_pool", "n_targets", "selection_time_s",

@@ -62,3 +62,8 @@ class Home:
     def reports(self) -> Path:
         """Tables and figures for people."""
         return self.root / "reports"
+
+    @property
+    def locks(self) -> Path:
+        """Files that say which studies are being worked on."""
+        return self.root / "locks"

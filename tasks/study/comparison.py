@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.against import cell
 from plancurate.tasks.study.bootstrap import Counts, paired_difference, pooled, rate_interval
 from plancurate.tasks.study.rows import Cell, Row

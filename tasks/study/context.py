@@ -15,8 +15,8 @@ from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import find_source
 from plancurate.tasks.candidates.targets import require_free_home
 from plancurate.tasks.curation.learning_settings import LearningSettings
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning import rollouts, train
 from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.study.config import StudyConfig

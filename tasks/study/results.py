@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.pools import study_pools
 from plancurate.tasks.study.rows import BelowRandomRow, CoverageRow, PlannerRow, PoolRow, ResultRow, TimeRow
 from plancurate.tasks.study.selection_results import (

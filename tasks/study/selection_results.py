@@ -6,8 +6,6 @@ from collections import defaultdict
 from collections.abc import Sequence
 from statistics import fmean
 
-from scipy import stats
-
 from plancurate.tasks.curation.selectors.base import STAGES
 from plancurate.tasks.study.against import SqlRow, cell
 from plancurate.tasks.study.means import mean_interval, moments
@@ -102,6 +100,8 @@ def way_correlation(
 
     Only selections that leave no target out count; None for fewer than three or where all go the same ways.
     """
+    from scipy import stats  # most of a second, which no --help needs
+
     rates = {row.cell: row.success_rate for row in summaries}
     whole = [row for row in coverage if row.cell in rates and not row.targets_without]
     ways, success = [row.shortest_way for row in whole], [rates[row.cell] for row in whole]

@@ -9,7 +9,7 @@ from datetime import datetime
 from typing import Any
 
 from plancurate.errors import UnknownNameError
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 
 
 @dataclass(frozen=True)

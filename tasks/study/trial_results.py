@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.against import SqlRow, cell, gains, moments_of, ties, welch_tests
 from plancurate.tasks.study.agreement import agreement_rows
 from plancurate.tasks.study.bootstrap import Counts, rate_interval

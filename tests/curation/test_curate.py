@@ -17,7 +17,7 @@ from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.curation.selectors import base as registry
 from plancurate.tasks.curation.selectors.base import Kept, Problem, Settings, selector, selector_names
 from plancurate.tasks.curation.selectors.selection import Selection
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 
 ROBOT, SCENE, STUDY = load_robot("h2017"), load_scene("free"), "one-12345678"

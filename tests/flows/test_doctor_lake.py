@@ -10,8 +10,8 @@ import pytest
 import torch
 
 from plancurate.flows.cli.app import main
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.manifest import MANIFEST, append, entry_of, list_files
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_policy
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}

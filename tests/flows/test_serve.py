@@ -19,17 +19,17 @@ from prefect.client.orchestration import SyncPrefectClient
 from prefect.settings import temporary_settings
 
 from plancurate.flows.server.deployments import deploy
-from plancurate.flows.server.locks import read_note
 from plancurate.flows.server.services import healthy
-from plancurate.tasks.lake import Lake
+from plancurate.locks import read_note
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.lake.store import Lake
 
-from ..homes import NewHome
+from ..homes import NewHome, environment
 
-ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.server
+
 FINAL = {"COMPLETED", "FAILED", "CRASHED", "CANCELLED"}
 ONE_TARGET = {"config": {"name": "served", "n_targets": 1, "planners": ["RRTConnect"]}}
-UNCONFIGURED = ("PREFECT_API_URL", "MLFLOW_TRACKING_URI")
 
 
 @dataclass
@@ -44,11 +44,12 @@ class Serving:
 
 def serve(home: Home) -> subprocess.Popen[str]:
     """Serve a home from a folder that is not the repository."""
-    kept = {name: value for name, value in os.environ.items() if name not in UNCONFIGURED}
-    kept["PYTHONPATH"] = os.pathsep.join(str(Path(path).absolute()) for path in sys.path if path)
+    paths = os.pathsep.join(str(Path(path).absolute()) for path in sys.path if path)
     words = ["from plancurate.flows.cli.app import main; main()", "serve", "--home", str(home.root)]
     command = [sys.executable, "-c", *words]
-    return subprocess.Popen(command, cwd=home.root, env=kept, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        command, cwd=home.root, env=environment(PYTHONPATH=paths), stderr=subprocess.PIPE, text=True
+    )
 
 
 def ready(home: Home) -> Serving:
@@ -156,7 +157,7 @@ def test_a_schedule_of_a_minute_starts_a_run_that_completes(serving: Serving) ->
         "flow_runs": {"deployment_id": {"any_": [generate]}, "state": {"type": {"any_": ["SCHEDULED"]}}}
     }
     planned: list[dict[str, Any]] = []
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + 100
     while not planned and time.monotonic() < deadline:
         time.sleep(0.5)
         planned = request(

@@ -15,11 +15,14 @@ from pathlib import Path
 import pytest
 
 from plancurate.errors import PlancurateError
+from plancurate.flows.server.own_server import serving
 from plancurate.flows.server.prefect_server import prefect_server
 from plancurate.flows.server.services import healthy
 from plancurate.tasks.lake.home import Home
 
 from ..homes import NewHome
+
+pytestmark = pytest.mark.server
 
 SHORT = """
 import sys
@@ -138,6 +141,17 @@ def test_a_killed_run_takes_its_server_with_it_and_is_marked_as_crashed(
     assert flow_runs(home)["cut off"] == "RUNNING"
     with prefect_server(home):
         assert flow_runs(home)["cut off"] == "CRASHED"
+
+
+def test_what_goes_wrong_while_the_server_starts_is_raised_and_ends_it(home: Home) -> None:
+    def fail() -> None:
+        while not serving(home):
+            time.sleep(0.05)
+        raise PlancurateError("no such robot")
+
+    with pytest.raises(PlancurateError, match="no such robot"), prefect_server(home, meanwhile=fail):
+        pass
+    assert serving(home) is None
 
 
 def test_the_server_is_configured_while_it_is_used_and_not_afterwards(home: Home) -> None:

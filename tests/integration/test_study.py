@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import shlex
 import subprocess
 from pathlib import Path
@@ -13,9 +14,11 @@ import pytest
 
 from plancurate import sql
 from plancurate.flows.server.prefect_server import prefect_server
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.config import load_config
+from plancurate.tasks.study.context import open_study
+from plancurate.tasks.study.exclusive import exclusive
 from plancurate.tasks.study.results import REPORT_FIELDS
 from plancurate.tasks.study.statistics import wilson_interval
 
@@ -91,6 +94,15 @@ def test_doing_a_study_again_changes_nothing_in_the_lake(smoke: Studied, plancur
     assert again.returncode == 0, again.stderr
     assert parts(smoke.home) == before
     assert again.stdout == smoke.stdout
+
+
+def test_a_study_that_another_process_works_on_is_left_alone(smoke: Studied, plancurate: Command) -> None:
+    home = Home.resolve(smoke.home)
+    with exclusive(home, open_study(SMOKE, home).study):
+        second = plancurate("study", "--preset", "smoke", "--home", str(smoke.home))
+    assert second.returncode == 2
+    assert f"process {os.getpid()} is at work on it" in second.stderr
+    assert "Traceback" not in second.stderr
 
 
 def test_a_larger_study_reuses_what_is_there(smoke: Studied, plancurate: Command) -> None:

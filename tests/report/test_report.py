@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.report import Report, build_report, markdown, write_report
 from plancurate.tasks.report.commands import literal
 from plancurate.tasks.report.contents import Report as Contents

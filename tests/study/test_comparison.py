@@ -14,7 +14,7 @@ from scipy import stats
 from plancurate.errors import UnknownNameError
 from plancurate.flows.cli.compare import compare, field_text
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.comparison import (
     FieldDifference,
     StudyComparison,

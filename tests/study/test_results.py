@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.results import StudyResults, headline_networks, study_results
 from plancurate.tasks.study.rows import ALL_SCENES, REPORT_FIELDS, SummaryRow
 from plancurate.tasks.study.statistics import Outcomes, two_proportion_test, wilson_interval

@@ -1,4 +1,4 @@
-"""Locked files that say who uses a home, or who serves it: the kernel drops a lock however its process ends."""
+"""Locked files that say who is at work: the kernel drops a lock however its process ends, `kill -9` included."""
 
 from __future__ import annotations
 
@@ -6,25 +6,11 @@ import fcntl
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
 from plancurate.errors import PlancurateError
-
-if TYPE_CHECKING:
-    from plancurate.tasks.lake.home import Home
-
-STOP_TIMEOUT_S = 30.0
-
-
-@contextmanager
-def users_lock(home: Home) -> Iterator[IO[str]]:
-    """A shared lock that says "I use this home's server"; a server that is just ending is waited for."""
-    with (home.prefect / "users.lock").open("a") as file:
-        lock(file, fcntl.LOCK_SH, STOP_TIMEOUT_S)
-        yield file
 
 
 def lock(file: IO[str], kind: int, timeout: float) -> None:
