@@ -52,6 +52,11 @@ class Row:
         return self.scene, self.pool_label
 
     @property
+    def group_title(self) -> str:
+        """Scene and pool label as the head of a column."""
+        return f"{self.scene} {self.pool_label}".strip()
+
+    @property
     def name(self) -> str:
         """Selector and budget for a person."""
         return label(self.selector, self.budget)
