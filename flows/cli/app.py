@@ -14,7 +14,7 @@ from pathlib import Path
 from cyclopts import App, CycloptsError, Group
 
 from plancurate import __version__
-from plancurate.errors import IncompleteError, PlancurateError
+from plancurate.errors import IncompleteError, PlancurateError, shortened
 from plancurate.flows.cli.console import console, output
 from plancurate.yaml_files import parse_yaml
 
@@ -86,7 +86,9 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 def as_json(word: str) -> str:
     """Return a word that begins like a YAML mapping or list as JSON, which cyclopts reads, others as they are."""
-    return json.dumps(parse_yaml(word, word), default=str) if word.startswith(("{", "[")) else word
+    if not word.startswith(("{", "[")):
+        return word
+    return json.dumps(parse_yaml(word, shortened(word)), default=str)
 
 
 def stop(message: str, code: int) -> None:
