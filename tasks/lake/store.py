@@ -11,7 +11,6 @@ from pathlib import Path
 import duckdb
 import pyarrow as pa
 import pyarrow.parquet as pq
-import pyarrow.parquet as pq
 
 from plancurate.errors import PlancurateError
 from plancurate.sql import load
@@ -109,15 +108,17 @@ class Lake:
         rows = self._run(f"SELECT * FROM {name} ORDER BY {order}", levels)
         return rows.select(kind.full_schema.names).cast(kind.full_schema)
 
-    def query(self, name: str, *, sound_only: bool = False, **parameters: object) -> pa.Table:
+    def query(self, name: str, **parameters: object) -> pa.Table:
         """Run sql/<name>.sql over the views with bound parameters; the same parts give the same bits.
 
-        A parameter that is called like a level ($pool, $study, ...) is that level's value. `sound_only` leaves
-        damaged parts out instead of refusing them.
+        A parameter that is called like a level ($pool, $study, ...) is that level's value.
         """
         levels = {level: value for level, value in parameters.items() if isinstance(value, str)}
-        judge = _accept if sound_only else refuse
-        return self._run(load(name), levels, parameters, threads=1, judge=judge)  # several threads add as they end
+        return self._run(load(name), levels, parameters, threads=1)  # several add floats as they finish
+
+    def query_sound(self, name: str) -> pa.Table:
+        """Run sql/<name>.sql over all that is sound, whatever else there is: for lists of what there is."""
+        return self._run(load(name), {}, threads=1, judge=_accept)
 
     def sql(self, statement: str, say: Callable[[str], object] = warnings.warn) -> pa.Table:
         """Run one SELECT of the user's: nothing is written, no file outside the lake is opened.
