@@ -21,6 +21,7 @@ from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 
 from ..conftest import StudyMaker, copied
 
+LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 
