@@ -36,7 +36,7 @@ def build_report(results: StudyResults) -> Report:
         reasons(headline),
         *(agreement(displaced) if displaced else []),
     ]
-    verdict = [sentence for found in verdicts(results) for sentence in found.sentences]
+    verdict = [sentence for one in verdicts(results) for sentence in one.sentences]
     return Report(results.study.name, verdict, overview(results), sections, setup(results))
 
 

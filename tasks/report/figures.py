@@ -20,7 +20,7 @@ from plancurate.tasks.report.tables import MEASURES
 from plancurate.tasks.study import text
 from plancurate.tasks.study.against import BASELINE
 from plancurate.tasks.study.published import published_results
-from plancurate.tasks.study.rows import ALL_SCENES, DistanceRow, Mean, QualityRow, SummaryRow
+from plancurate.tasks.study.rows import ALL_SCENES, DistanceRow, Mean, QualityRow
 from plancurate.tasks.study.selection_results import way_correlation
 
 SUCCESS = "success, %"
@@ -68,9 +68,9 @@ def scene_map(source: Source) -> Figure | None:
     rows = source.tests.summaries
     names = list(dict.fromkeys(row.name for row in rows))
     columns = list(
-        dict.fromkeys(_place(row) for row in sorted(rows, key=lambda row: row.scene == ALL_SCENES))
+        dict.fromkeys(row.group_title for row in sorted(rows, key=lambda row: row.scene == ALL_SCENES))
     )
-    shares = {(row.name, _place(row)): row.success_rate for row in rows}
+    shares = {(row.name, row.group_title): row.success_rate for row in rows}
     drawing = heat_map(title, names, columns, shares)
     return Figure(f"figure_scenes_{source.kind}", title, "In percent; darker is better.", [(title, drawing)])
 
@@ -202,9 +202,10 @@ def ways_figure(source: Source) -> Figure:
         "Across are the percent of a selection's trajectories that end in the goal configuration of their target's "
         "shortest candidate. Where it is far from 100, the same observation comes with different actions."
     )
-    found = way_correlation(source.tests.summaries, source.results.coverage)
-    if found:
-        note += f" Rank correlation over the {found[1]} selections that leave no target out: {found[0]:.2f}."
+    correlation = way_correlation(source.tests.summaries, source.results.coverage)
+    if correlation:
+        rank, n = correlation
+        note += f" Rank correlation over the {n} selections that leave no target out: {rank:.2f}."
     return Figure("figure_ways", WAYS, note, [("", drawing)], legend)
 
 
@@ -240,10 +241,6 @@ def quality_marks(source: Source, name: str) -> list[Mark]:
         )
         for selector, mean in means
     ]
-
-
-def _place(row: SummaryRow) -> str:
-    return f"{row.scene} {row.pool_label}".strip()
 
 
 def _curves(rows: Sequence[DistanceRow]) -> dict[str, dict[int, float]]:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-from plancurate.tasks.curation.selectors.selection import label
+from plancurate.tasks.curation.names import label
 from plancurate.tasks.study.statistics import Interval
 
 ALL_SCENES = "all scenes"
@@ -50,6 +50,11 @@ class Row:
     def group(self) -> tuple[str, str]:
         """Scene and pool label: rows of a group are compared with each other."""
         return self.scene, self.pool_label
+
+    @property
+    def group_title(self) -> str:
+        """Scene and pool label as the head of a column."""
+        return f"{self.scene} {self.pool_label}".strip()
 
     @property
     def name(self) -> str:

@@ -100,7 +100,7 @@ def summary_rows(
 ) -> list[SummaryRow]:
     """Each selection over all policies and seeds, by scene (all scenes first), best success rate first."""
     rows = sorted(rows, key=lambda row: row["scene"] != ALL_SCENES)  # the query's order within
-    counts = {key: found.counts for key, found in drawn.items()}
+    counts = {key: part.counts for key, part in drawn.items()}
     best = ties(rows, lambda row: counts[cell(row)])
     against = gains(rows, lambda row: counts[cell(row)])
     return [
@@ -134,8 +134,8 @@ def policy_rows(rows: Sequence[SqlRow], drawn: Mapping[Cell, Drawn], published: 
         return drawn[cell(row)].by_policy[row["policy"]]
 
     def known(row: SqlRow) -> float | None:
-        found = published[row["selector"]].by_policy if row["selector"] in published else {}
-        return found[row["policy"]].rate if row["policy"] in found else None
+        rates = published[row["selector"]].by_policy if row["selector"] in published else {}
+        return rates[row["policy"]].rate if row["policy"] in rates else None
 
     return [
         PolicyRow(
@@ -161,8 +161,8 @@ def distance_rows(
         return drawn[cell(row), row["distance_cm"]]
 
     def known(row: SqlRow) -> float | None:
-        found = published[row["selector"]].by_distance if row["selector"] in published else {}
-        return found[row["distance_cm"]].rate if row["distance_cm"] in found else None
+        rates = published[row["selector"]].by_distance if row["selector"] in published else {}
+        return rates[row["distance_cm"]].rate if row["distance_cm"] in rates else None
 
     return [
         DistanceRow(
