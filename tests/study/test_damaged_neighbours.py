@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.audits import failed_audits
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.results import study_results
 from plancurate.tasks.study.studies import find_study
 
