@@ -19,7 +19,7 @@ from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import open_study
 from plancurate.tasks.study.exclusive import exclusive
-from plancurate.tasks.study.results import REPORT_FIELDS
+from plancurate.tasks.study.rows import REPORT_FIELDS
 from plancurate.tasks.study.statistics import wilson_interval
 
 from ..homes import NewHome
