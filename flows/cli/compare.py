@@ -8,11 +8,10 @@ from typing import Any, Literal
 
 from rich.table import Table
 
-from plancurate.flows.cli.console import output
+from plancurate.flows.cli.console import output, write
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.flows.cli.queries import write
 from plancurate.flows.cli.tables import as_markdown
-from plancurate.tasks.curation.selectors.selection import label
+from plancurate.tasks.curation.names import label
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study import text
 from plancurate.tasks.study.comparison import (

@@ -31,8 +31,8 @@ class Lake:
     """Tables of Parquet parts under one folder, safe for any number of readers and writers at once.
 
     `levels` are values of partition levels (robot, scene, pool, planner, study), as many as one likes. Whatever
-    reads takes only the partitions that match those of the levels that a table has, and refuses a damaged part
-    among them; damage elsewhere does not matter.
+    reads takes only the partitions that match those of the levels that a table has (for a study without a pool:
+    of its own pools), and refuses a damaged part among them; damage elsewhere does not matter.
     """
 
     def __init__(self, root: Path) -> None:
@@ -83,7 +83,7 @@ class Lake:
     def _needed(self, name: str, levels: Mapping[str, str]) -> list[Path]:
         """Partitions that a question about these levels reads: of a study's trajectories, those of its pools."""
         folders = self.partitions(name, levels)
-        if "study" not in levels or "study" in table(name).partition:
+        if "study" not in levels or "pool" in levels or "study" in table(name).partition:
             return folders
         pools, above = self._pools(levels["study"]), len((self.root / name).parts)
         return [path for path in folders if path.parts[above : above + len(POOL_LEVELS)] in pools]
@@ -113,8 +113,18 @@ class Lake:
 
         A parameter that is called like a level ($pool, $study, ...) is that level's value.
         """
+        return self._ask(name, parameters, refuse)
+
+    def query_sound(self, name: str, **parameters: object) -> pa.Table:
+        """Run a query like `query`, over sound parts alone: damaged ones are left out instead of refused."""
+        return self._ask(name, parameters, _accept)
+
+    def _ask(
+        self, name: str, parameters: Mapping[str, object], judge: Callable[[Iterable[Damage]], None]
+    ) -> pa.Table:
         levels = {level: value for level, value in parameters.items() if isinstance(value, str)}
-        return self._run(load(name), levels, parameters, threads=1)  # several add floats as they finish
+        # Several threads would add numbers in the order in which they end.
+        return self._run(load(name), levels, parameters, threads=1, judge=judge)
 
     def sql(self, statement: str, say: Callable[[str], object] = warnings.warn) -> pa.Table:
         """Run one SELECT of the user's: nothing is written, no file outside the lake is opened.
@@ -218,6 +228,10 @@ class Lake:
     def _join(self, kind: Table, values: list[str]) -> Path:
         levels = [f"{level}={value}" for level, value in zip(kind.partition, values, strict=True)]
         return self.root.joinpath(kind.name, *levels)
+
+
+def _accept(damage: Iterable[Damage]) -> None:
+    """Leave damaged parts out without a word."""
 
 
 def _modified(path: Path) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from plancurate.tasks.curation.selectors.base import STAGES
+from plancurate.tasks.curation.names import STAGES
 from plancurate.tasks.report.contents import Table
 from plancurate.tasks.report.source import Source
 from plancurate.tasks.study import text

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from statistics import fmean
 
-from plancurate.tasks.curation.selectors.base import STAGES
+from plancurate.tasks.curation.names import STAGES
 from plancurate.tasks.study.against import SqlRow, cell
 from plancurate.tasks.study.means import mean_interval, moments
 from plancurate.tasks.study.published import published_results
