@@ -6,7 +6,7 @@ from plancurate.tasks.curation.names import STAGES
 from plancurate.tasks.report.contents import Table
 from plancurate.tasks.report.source import Source
 from plancurate.tasks.study import text
-from plancurate.tasks.study.rows import (
+from plancurate.tasks.study.selection_rows import (
     AgreementRow,
     BelowRandomRow,
     CoverageRow,

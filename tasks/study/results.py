@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.pools import study_pools
-from plancurate.tasks.study.rows import BelowRandomRow, CoverageRow, PlannerRow, PoolRow, ResultRow, TimeRow
+from plancurate.tasks.study.rows import ResultRow
 from plancurate.tasks.study.selection_results import (
     below_random_rows,
     coverage_rows,
     planner_rows,
     time_rows,
 )
+from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow, PoolRow, TimeRow
 from plancurate.tasks.study.studies import Study, recorded_study
 from plancurate.tasks.study.trial_results import Kind, KindResults, in_order, kind_results, network_rows
 

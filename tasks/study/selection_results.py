@@ -10,14 +10,8 @@ from plancurate.tasks.curation.names import STAGES
 from plancurate.tasks.study.against import SqlRow, cell
 from plancurate.tasks.study.means import mean_interval, moments
 from plancurate.tasks.study.published import published_results
-from plancurate.tasks.study.rows import (
-    BelowRandomRow,
-    Cell,
-    CoverageRow,
-    PlannerRow,
-    SummaryRow,
-    TimeRow,
-)
+from plancurate.tasks.study.rows import Cell, SummaryRow
+from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow, TimeRow
 
 CONTROL = "Random"
 PUBLISHED_ELSEWHERE = ("BehaviorRetrieval", "SCIZOR", "CUPID")

@@ -32,10 +32,11 @@ def parts(home: Path) -> dict[str, int]:
     return {str(path): path.stat().st_mtime_ns for path in (home / "lake").rglob("part-*.parquet")}
 
 
-def test_a_study_ends_in_a_table_of_every_selector_and_the_best_three(smoke: Studied) -> None:
+def test_a_study_ends_in_a_verdict_and_a_table_of_every_selector(smoke: Studied) -> None:
     for selector in SMOKE.selectors:
         assert selector in smoke.stdout
-    assert "\nbest    " in smoke.stdout
+    assert "General, which keeps every candidate" in " ".join(smoke.stdout.split())
+    assert "[95 % over targets only]" in smoke.stdout
     assert str(smoke.home / "reports" / "smoke") in smoke.stdout
     assert max(map(len, smoke.stdout.splitlines()[:-5])) <= 80
 

@@ -20,8 +20,8 @@ from plancurate.tasks.report.contents import Section, Table
 from plancurate.tasks.report.page import page
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.results import StudyResults, study_results
-from plancurate.tasks.study.rows import BelowRandomRow, CoverageRow, PlannerRow
 from plancurate.tasks.study.selection_results import reasons
+from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow
 from plancurate.tasks.study.text import percents
 
 from ..lakes import copied
