@@ -29,7 +29,6 @@ SMALL = {"BC_MLP": {"hidden": (16,), "batch": 16}}
 GOAL_OFFSET = '''
 """How far the joints are from where the motion is to end."""
 from plancurate.tasks.learning.observations import State, observation_term
-FILES = ("policy.json", "policy.safetensors")
 
 
 @observation_term("goal_offset", size=lambda robot: robot.dof)
