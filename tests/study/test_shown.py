@@ -12,7 +12,7 @@ from rich.console import Console
 
 from plancurate.errors import PlancurateError
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.flows.cli.queries import report
+from plancurate.flows.cli.report import report
 from plancurate.flows.cli.tables import matrix, matrix_markdown, report_markdown
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.results import KindResults, study_results
