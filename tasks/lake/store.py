@@ -113,18 +113,13 @@ class Lake:
 
         A parameter that is called like a level ($pool, $study, ...) is that level's value.
         """
-        return self._ask(name, parameters, refuse)
-
-    def query_sound(self, name: str, **parameters: object) -> pa.Table:
-        """Run a query like `query`, over sound parts alone: damaged ones are left out instead of refused."""
-        return self._ask(name, parameters, _accept)
-
-    def _ask(
-        self, name: str, parameters: Mapping[str, object], judge: Callable[[Iterable[Damage]], None]
-    ) -> pa.Table:
         levels = {level: value for level, value in parameters.items() if isinstance(value, str)}
         # Several threads would add numbers in the order in which they end.
-        return self._run(load(name), levels, parameters, threads=1, judge=judge)
+        return self._run(load(name), levels, parameters, threads=1)
+
+    def query_sound(self, name: str) -> pa.Table:
+        """Run sql/<name>.sql over all that is sound, whatever else there is: for lists of what there is."""
+        return self._run(load(name), {}, threads=1, judge=_accept)
 
     def sql(self, statement: str, say: Callable[[str], object] = warnings.warn) -> pa.Table:
         """Run one SELECT of the user's: nothing is written, no file outside the lake is opened.

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.curation.selectors.selection import label
+from plancurate.tasks.curation.names import label
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study import text
 from plancurate.tasks.study.artifact_roots import adopt_artifacts

@@ -29,7 +29,6 @@ SMALL = {"BC_MLP": {"hidden": (16,), "batch": 16}}
 GOAL_OFFSET = '''
 """How far the joints are from where the motion is to end."""
 from plancurate.tasks.learning.observations import State, observation_term
-FILES = ("policy.json", "policy.safetensors")
 
 
 @observation_term("goal_offset", size=lambda robot: robot.dof)
@@ -159,7 +158,7 @@ def test_a_stored_policy_with_a_term_that_is_not_installed_is_refused(robot: Rob
     description = json.loads(file.read_text())
     assert description["observation"] == [["target_offset", 3], ["joint_positions", 6]]
     file.write_text(json.dumps(description | {"observation": [["target_ofset", 3], ["joint_positions", 6]]}))
-    list_files(tmp_path, FILES)
+    list_files(tmp_path, ("policy.json", "policy.safetensors"))
     with pytest.raises(UnknownNameError, match="unknown observation term 'target_ofset'"):
         term.find_term("target_ofset")
     with pytest.raises(
@@ -167,7 +166,7 @@ def test_a_stored_policy_with_a_term_that_is_not_installed_is_refused(robot: Rob
     ):
         load_policy(tmp_path)
     file.write_text(json.dumps(description | {"observation": [["target_offset", 3]]}))
-    list_files(tmp_path, FILES)
+    list_files(tmp_path, ("policy.json", "policy.safetensors"))
     with pytest.raises(PlancurateError, match=r"has 9 numbers; the observation terms in policy.json give 3"):
         load_policy(tmp_path)
 

@@ -24,7 +24,8 @@ from plancurate.tasks.study.selection_results import reasons
 from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow
 from plancurate.tasks.study.text import percents
 
-from ..conftest import StudyMaker, copied
+from ..lakes import copied
+from ..studies import StudyMaker
 
 FREE = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 TABLE = {"robot": "h2017", "scene": "table", "pool": "3d4e5f"}

@@ -19,8 +19,10 @@ from plancurate.tasks.lake.manifest import list_files
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 
-from ..conftest import StudyMaker, copied
+from ..lakes import copied
+from ..studies import StudyMaker
 
+LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 

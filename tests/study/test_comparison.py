@@ -25,7 +25,8 @@ from plancurate.tasks.study.comparison import (
 from plancurate.tasks.study.statistics import Outcomes
 from plancurate.tasks.study.text import whole_percents
 
-from ..conftest import StudyMaker, copied
+from ..lakes import copied
+from ..studies import StudyMaker
 
 SETUP = {
     "name": "a",

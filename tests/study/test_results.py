@@ -12,7 +12,8 @@ from plancurate.tasks.study.results import StudyResults, headline_networks, stud
 from plancurate.tasks.study.rows import ALL_SCENES, REPORT_FIELDS, SummaryRow
 from plancurate.tasks.study.statistics import Outcomes, two_proportion_test, wilson_interval
 
-from ..conftest import StudyMaker, copied
+from ..lakes import copied
+from ..studies import StudyMaker
 
 FREE = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 TABLE = {"robot": "h2017", "scene": "table", "pool": "3d4e5f"}
