@@ -11,24 +11,26 @@ from plancurate.robots import Robot, Scene
 from plancurate.tasks.candidates.bullet import bullet
 from plancurate.tasks.candidates.simulation import World
 
-from .homes import new_home, tables
+from .homes import new_home, shared_server, tables
 from .lakes import small_lake, small_lake_once
 from .robot_files import robot_folders
 from .studies import maker
 
-__all__ = ["maker", "new_home", "robot_folders", "small_lake", "small_lake_once", "tables"]
+__all__ = ["maker", "new_home", "robot_folders", "shared_server", "small_lake", "small_lake_once", "tables"]
 
 SERVER_FIXTURES = {"plancurate", "tables"}  # the command line, and homes for services
 
 
-@pytest.hookimpl(tryfirst=True)
+def pytest_itemcollected(item: pytest.Function) -> None:
+    """Mark what starts a server, and keep in one worker what shares fixtures."""
+    if SERVER_FIXTURES & set(item.fixturenames):
+        item.add_marker("server")
+    shared = "the smoke study" if "smoke" in item.fixturenames else item.location[0]
+    item.add_marker(pytest.mark.xdist_group(shared))
+
+
 def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
-    """Mark what starts a server, keep in one worker what shares fixtures, and begin with what takes longest."""
-    for item in items:
-        if SERVER_FIXTURES & set(item.fixturenames):
-            item.add_marker("server")
-        shared = "the smoke study" if "smoke" in item.fixturenames else item.location[0]
-        item.add_marker(pytest.mark.xdist_group(shared))
+    """Begin with what takes longest."""
     items.sort(key=lambda item: ("smoke" not in item.fixturenames, item.get_closest_marker("server") is None))
 
 

@@ -1,6 +1,7 @@
-"""Homes for tests that start services: a new one takes over databases whose tables are made already.
+"""Homes for tests that need services: databases whose tables are made already, and a Prefect server to share.
 
-Making Prefect's and MLflow's tables takes longer than most tests, so a run of the suite makes them once.
+Making Prefect's and MLflow's tables takes longer than most tests, and a server takes seconds to start, so a run of
+the suite makes the tables once, and commands that are about something else share one server.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import shutil
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -28,6 +29,15 @@ home = Home.resolve(sys.argv[1])
 ensure_store(home.mlflow_db)
 with prefect_server(home):
     pass
+"""
+KEEP_SERVER = """
+import sys
+from plancurate.flows.server.prefect_server import prefect_server
+from plancurate.tasks.lake.home import Home
+
+with prefect_server(Home.resolve(sys.argv[1])) as url:
+    print(url, flush=True)
+    sys.stdin.read()
 """
 DATABASES = ("mlflow.db", "prefect/prefect.db")
 
@@ -70,3 +80,13 @@ def new_home(tables: Path) -> NewHome:
         return Path(shutil.copytree(tables, folder, dirs_exist_ok=True))
 
     return make
+
+
+@pytest.fixture(scope="session")
+def shared_server(new_home: NewHome, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """API URL of a Prefect server that ends with the last test."""
+    command = [sys.executable, "-c", KEEP_SERVER, str(new_home(tmp_path_factory.mktemp("server")))]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, env=environment(), stdin=pipe, stdout=pipe, text=True) as process:
+        assert process.stdout is not None
+        yield process.stdout.readline().strip()

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,12 @@ def plancurate() -> Command:
         )
 
     return run
+
+
+@pytest.fixture(scope="session")
+def plancurate_on_shared_server(plancurate: Command, shared_server: str) -> Command:
+    """Run plancurate with a configured Prefect server instead of one of its home's own, which takes seconds."""
+    return partial(plancurate, PREFECT_API_URL=shared_server)
 
 
 @dataclass(frozen=True)

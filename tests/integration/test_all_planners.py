@@ -8,20 +8,19 @@ import pytest
 from plancurate.robots import load_robot, load_scene
 from plancurate.tasks.lake.store import Lake
 
-from ..homes import NewHome
 from .conftest import Command
 
 
 @pytest.fixture(scope="module")
 def lakes(
-    plancurate: Command, new_home: NewHome, tmp_path_factory: pytest.TempPathFactory
+    plancurate_on_shared_server: Command, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, Lake]:
     """One target, every planner, planned with 1 worker and with 4."""
     found = {}
     for workers in ("1", "4"):
-        home = new_home(tmp_path_factory.mktemp(f"workers{workers}"))
+        home = tmp_path_factory.mktemp(f"workers{workers}")
         words = ("generate", "--scene", "table", "--targets", "1", "--workers", workers, "--home", str(home))
-        done = plancurate(*words)
+        done = plancurate_on_shared_server(*words)
         assert done.returncode == 0, done.stderr
         found[workers] = Lake(home / "lake")
     return found

@@ -56,8 +56,9 @@ def test_the_pages_hold_commands_and_examples() -> None:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_documented_command_runs(command: str, home: Path, plancurate: Command) -> None:
-    done = plancurate(*shlex.split(command, comments=True)[1:], PLANCURATE_HOME=str(home))
+def test_a_documented_command_runs(command: str, home: Path, plancurate_on_shared_server: Command) -> None:
+    words = shlex.split(command, comments=True)[1:]
+    done = plancurate_on_shared_server(*words, PLANCURATE_HOME=str(home))
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
 

@@ -39,18 +39,18 @@ def rows(plancurate: Command, home: Path, runner: str) -> list[list[dict[str, ob
 
 @pytest.fixture(scope="module")
 def on_threads(
-    plancurate: Command, new_home: NewHome, tmp_path_factory: pytest.TempPathFactory
+    plancurate_on_shared_server: Command, new_home: NewHome, tmp_path_factory: pytest.TempPathFactory
 ) -> list[list[dict[str, object]]]:
-    return rows(plancurate, new_home(tmp_path_factory.mktemp("threads")), "threads")
+    return rows(plancurate_on_shared_server, new_home(tmp_path_factory.mktemp("threads")), "threads")
 
 
 @pytest.mark.parametrize("runner", ["processes", "dask"])
 def test_a_study_writes_the_same_rows_on_every_runner(
-    plancurate: Command,
+    plancurate_on_shared_server: Command,
     on_threads: list[list[dict[str, object]]],
     new_home: NewHome,
     tmp_path: Path,
     runner: str,
 ) -> None:
     assert all(on_threads)
-    assert rows(plancurate, new_home(tmp_path), runner) == on_threads
+    assert rows(plancurate_on_shared_server, new_home(tmp_path), runner) == on_threads
