@@ -12,9 +12,7 @@ from .conftest import Command
 
 
 @pytest.fixture(scope="module")
-def lakes(
-    plancurate_on_shared_server: Command, tmp_path_factory: pytest.TempPathFactory
-) -> dict[str, Lake]:
+def lakes(plancurate_on_shared_server: Command, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Lake]:
     """One target, every planner, planned with 1 worker and with 4."""
     found = {}
     for workers in ("1", "4"):
