@@ -1,6 +1,7 @@
 # make study   sets everything up and runs the quick study
 # make test    sets everything up with the test tools and runs the test suite
-# make lint    ruff and mypy          make bench  the performance claims
+# make check   lint, and the tests that start no server and train nothing, within a minute
+# make lint    ruff, mypy and the allowed imports      make bench  the performance claims
 # make serve   Prefect, MLflow and a worker with every deployment, until Ctrl-C
 
 PYTHON ?= python3
@@ -8,15 +9,20 @@ VENV ?= .venv
 PRESET ?= quick
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
+# The order of the tests is tests/conftest.py's: what takes longest begins.
+PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup --no-loadscope-reorder
 NATIVE := $(wildcard native/*/*.cpp native/*/*.hpp native/*.cmake native/CMakeLists.txt)
 
-.PHONY: study test lint bench serve setup setup-test clean
+.PHONY: study test check lint bench serve setup setup-test clean
 
 study: setup
 	@$(BIN)/plancurate study --preset $(PRESET)
 
 test: setup-test
-	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
+	@$(PYTEST)
+
+check: lint
+	@$(PYTEST) -m "not server and not training"
 
 lint: setup-test
 	@$(BIN)/ruff check . && $(BIN)/ruff format --check .

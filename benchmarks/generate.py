@@ -24,8 +24,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from plancurate.tasks.candidates.postprocess_pool import PostprocessPool, shared_pool
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.candidates import make_part, missing_parts, study_targets
 from plancurate.tasks.study.context import open_study
 

@@ -21,9 +21,10 @@ import numpy as np
 import pyarrow as pa
 
 from plancurate.tasks.curation.pool import load_pool, load_waypoints
-from plancurate.tasks.lake import Lake, inspection
+from plancurate.tasks.lake import inspection
 from plancurate.tasks.lake.compact import compact
 from plancurate.tasks.lake.schema import table
+from plancurate.tasks.lake.store import Lake
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0123456789ab"}
 PLANNERS, TARGETS, RUNS, REPEATS = [f"P{number}" for number in range(10)], 50, 10, 5

@@ -14,7 +14,7 @@ from plancurate.robots.scene_file import Frame, SceneFile
 from plancurate.robots.shapes import FloatArray
 
 STARTS = 512  # of inverse kinematics
-CLEARANCE = 0.03  # m that a start found by inverse kinematics keeps to obstacles
+CLEARANCE = 0.03  # m that a start by inverse kinematics keeps to obstacles
 DIGITS = 6  # of its joint positions, so that a rounding error of some machine makes no other start
 
 
@@ -50,11 +50,11 @@ def _tool_start(where: str, position: FloatArray, robot: Robot, scene: Scene) ->
     """The solution nearest to home that points the tool along the scene's axis, or as at home without one."""
     home = native.fk(robot.native, robot.home[None])[0, :3, 2]
     axes = np.tile(home if scene.tool_axis is None else scene.tool_axis, (STARTS, 1))
-    found = draw_ik(robot, scene.grown(CLEARANCE), position, np.random.default_rng(0), STARTS, axes=axes)
-    if not len(found):
+    solutions = draw_ik(robot, scene.grown(CLEARANCE), position, np.random.default_rng(0), STARTS, axes=axes)
+    if not len(solutions):
         raise PlancurateError(
             f"{where}: robot {robot.name} can't bring its tool to {np.round(position, 3).tolist()} m, clear of "
             f"obstacles by {CLEARANCE} m; another start_tool or tool_axis is needed"
         )
-    nearest = found[np.linalg.norm(found - robot.home, axis=1).argmin()]
+    nearest = solutions[np.linalg.norm(solutions - robot.home, axis=1).argmin()]
     return np.asarray(np.clip(np.round(nearest, DIGITS), robot.lower, robot.upper))

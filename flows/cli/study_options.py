@@ -7,6 +7,7 @@ option by itself, and every mistake is reported by the model.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,16 +30,14 @@ GROUP = Group(
 
 
 def as_option(name: str, field: FieldInfo) -> tuple[Any, Any]:
-    """Return a field as cyclopts is to see it; those of settings within settings are not in the help."""
-    if is_model(field.annotation):
-        return Annotated[field.annotation, Parameter(show=False)], field
-    kind = plain(field.annotation) | None
-    return Annotated[kind, Parameter(alias=ALIASES.get(name))], Field(None, description=field.description)
+    """Return a field as cyclopts is to see it; settings, whose fields are many, are not in the help."""
+    option = Parameter(alias=ALIASES.get(name), show=not is_model(field.annotation))
+    return Annotated[plain(field.annotation) | None, option], Field(None, description=field.description)
 
 
 def plain(kind: Any) -> Any:
-    """Return a type that cyclopts can spell: text stands for what only the model knows how to read."""
-    if get_origin(kind) is dict:
+    """Return a type that cyclopts can spell: plain keys and text stand for what only the model can read."""
+    if is_model(kind) or get_origin(kind) is dict:
         return dict[str, Any]
     if get_origin(kind) is tuple:
         element = get_args(kind)[0]
@@ -51,13 +50,23 @@ def is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
-def given(values: Any) -> Any:
-    """Return the options as they were given, `null` as None."""
-    if isinstance(values, Mapping):
-        return {name: given(value) for name, value in values.items()}
-    if isinstance(values, list) and len(values) == 1 and isinstance(values[0], list):
-        return values[0]  # given as one YAML list
-    return None if values == "null" else values
+def given(options: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields that were given, by the names and values that the model knows."""
+    models = {name for name, field in StudyConfig.model_fields.items() if is_model(field.annotation)}
+    return {name: as_field(value, settings=name in models) for name, value in options.items()}
+
+
+def as_field(value: Any, *, settings: bool) -> Any:
+    """Return an option's value: `null` is None, JSON is what it says; fields of settings have `_` for `-`."""
+    if isinstance(value, Mapping):
+        names = {name: name.replace("-", "_") if settings else name for name in value}
+        return {names[name]: as_field(inner, settings=settings) for name, inner in value.items()}
+    if isinstance(value, list):
+        values = [as_field(inner, settings=False) for inner in value]
+        return values[0] if len(values) == 1 and isinstance(values[0], list) else values
+    if isinstance(value, str) and value.startswith(("{", "[")):
+        return json.loads(value)
+    return None if value == "null" else value
 
 
 if TYPE_CHECKING:

@@ -21,6 +21,7 @@ TARGET_STARTS = 256  # of inverse kinematics for a target whose goals form a con
 MOST_GOALS = 32  # kept of those, the nearest to the start first
 RUN_STARTS = 32  # a round, for the goals that a run draws for itself
 RUN_ROUNDS = 8
+SAME = 1e-6  # rad (m); drawn goals nearer than this are one
 POSE_STREAM = 1  # the run's generator that draws goals; sources draw from others
 
 
@@ -56,7 +57,11 @@ def run_goals(
 def pose_goals(
     robot: Robot, scene: Scene, target: Target, seed: int, settings: GenerateSettings
 ) -> FloatArray:
-    """Up to `goal_draws` goals (k, n) that a run draws: tool orientation in the tolerance, solution at random."""
+    """Up to `goal_draws` goals (k, n) that a run draws: tool orientation in the tolerance, solution at random.
+
+    One that is drawn twice is kept once, and one that the target has is that very goal: two runs that draw it
+    must not differ by a rounding error.
+    """
     rng = np.random.default_rng((seed, POSE_STREAM))
     goals = np.empty((0, robot.dof))
     for _ in range(RUN_ROUNDS):
@@ -64,7 +69,15 @@ def pose_goals(
         goals = np.concatenate([goals, drawn])[: settings.plan.goal_draws]
         if len(goals) == settings.plan.goal_draws:
             break
-    return goals
+    return snapped(representatives(goals, SAME), target.goals)
+
+
+def snapped(goals: FloatArray, known: FloatArray) -> FloatArray:
+    """Goals (k, n) with those that are as good as equal to a known one (m, n) replaced by it."""
+    if not len(known):
+        return goals
+    apart = np.abs(goals[:, None] - known).max(axis=2)
+    return np.where((apart.min(axis=1) < SAME)[:, None], known[apart.argmin(axis=1)], goals)
 
 
 def drawn_goals(

@@ -13,12 +13,12 @@ from plancurate.tasks.candidates.targets import Target
 Columns = dict[str, Any]
 
 
-def candidate_row(target: Target, planned: PlannedPath, finished: Postprocessed | None) -> Columns:
-    """Describe a run; `finished` is None without an exact solution. Columns that are missing are null."""
+def candidate_row(target: Target, planned: PlannedPath, processed: Postprocessed | None) -> Columns:
+    """Describe a run; `processed` is None without an exact solution. Columns that are missing are null."""
     x, y, z = target.position
     columns = {"target_id": target.target_id, "target_x": x, "target_y": y, "target_z": z}
     planning = planning_columns(planned) | goal_columns(target, planned)
-    return columns | planning | finishing_columns(planned.reason, finished)
+    return columns | planning | processed_columns(planned.reason, processed)
 
 
 def planning_columns(planned: PlannedPath) -> Columns:
@@ -48,32 +48,32 @@ def goal_columns(target: Target, planned: PlannedPath) -> Columns:
     return {"goal_index": int(distances.argmin()) if len(distances) else -1, "goal": goal.tolist()}
 
 
-def finishing_columns(plan_reason: str, finished: Postprocessed | None) -> Columns:
+def processed_columns(plan_reason: str, processed: Postprocessed | None) -> Columns:
     """Columns that timing, metrics and playback decide; the reason is that of the first stage that failed."""
-    if finished is None or finished.metrics is None or finished.verification is None:
+    if processed is None or processed.metrics is None or processed.verification is None:
         return {
             "solved": False,
-            "reason": finished.timed.reason if finished else plan_reason,
+            "reason": processed.timed.reason if processed else plan_reason,
             "timing_method": "",
             "n_waypoints": 0,
             "q": [],
             "verified": False,
-            "timing_s": finished.timing_s if finished else 0.0,
+            "timing_s": processed.timing_s if processed else 0.0,
             "verify_s": 0.0,
         }
-    verification = finished.verification
+    verification = processed.verification
     return {
         "solved": True,
         "reason": "",
-        "timing_method": finished.timed.method,
-        "q": list(finished.timed.q.astype(np.float32)),
-        **finished.metrics,
+        "timing_method": processed.timed.method,
+        "q": list(processed.timed.q.astype(np.float32)),
+        **processed.metrics,
         "verified": verification.verified,
         "max_tracking_error_rad": verification.max_tracking_error_rad,
         "final_tracking_error_m": verification.final_tracking_error_m,
         "contacts": verification.contacts,
         "saturated_share": verification.saturated_share,
         "verify_reason": verification.reason,
-        "timing_s": finished.timing_s,
-        "verify_s": finished.verify_s,
+        "timing_s": processed.timing_s,
+        "verify_s": processed.verify_s,
     }

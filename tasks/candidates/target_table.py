@@ -8,8 +8,8 @@ import numpy as np
 import pyarrow as pa
 
 from plancurate.tasks.candidates.targets import Target
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.schema import table
+from plancurate.tasks.lake.store import Lake
 
 
 def stored_targets(lake: Lake, partition: Mapping[str, str]) -> list[Target]:

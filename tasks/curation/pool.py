@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 
 FloatArray = npt.NDArray[np.float64]
 METRICS = ("joint_movement", "smoothness", "path_length")

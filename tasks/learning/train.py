@@ -13,7 +13,7 @@ from plancurate.tasks.learning.demonstrations import Demonstrations
 from plancurate.tasks.learning.policies.batches import Batches, generator, normaliser
 from plancurate.tasks.learning.policies.device import usable
 from plancurate.tasks.learning.policies.policy import Policy
-from plancurate.tasks.learning.policies.stack import Adam, ParameterStack
+from plancurate.tasks.learning.policies.stack import ParameterStack, clip
 from plancurate.tasks.learning.policies.trained import TrainedPolicy
 from plancurate.tasks.learning.settings import TrainSettings
 
@@ -74,14 +74,17 @@ def descend(
     progress: Callable[[int], None] | None,
 ) -> list[tuple[int, list[float]]]:
     """Take all gradient steps; gives (steps done, mean loss of each network since the entry before)."""
-    adam = Adam(stack, settings.clip, settings.weight_decay)
+    adam = torch.optim.AdamW([stack.values], weight_decay=settings.weight_decay, foreach=False)
     every = math.ceil(settings.steps / LOG_ENTRIES)
     total, since = torch.zeros(len(stack.values), device=stack.values.device), 0
     curve: list[tuple[int, list[float]]] = []
     for step in range(settings.steps):
         observations, actions, masks = batches.next()
         losses = kind.loss(stack.weights, observations, actions, masks)
-        adam.step(stack.gradients(losses), learning_rate(step, settings))
+        stack.values.grad = stack.gradients(losses)
+        clip(stack.values.grad, settings.clip)
+        adam.param_groups[0]["lr"] = learning_rate(step, settings)
+        adam.step()
         total += losses.detach()
         since += 1
         if (step + 1) % every == 0 or step + 1 == settings.steps:

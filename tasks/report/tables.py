@@ -39,16 +39,19 @@ def success_table(source: Source) -> Table[SummaryRow]:
     return Table(
         key="unseen" if fresh else "table_a1",
         title="Success at fresh targets by selector" if fresh else "Table A1. Success by selector",
-        note="In percent, all policies together, with a 95 % interval over what `over` names (bootstrap) and "
+        note="In percent, all policies together, with a 95 % interval (bootstrap over selection "
+        "seeds, training seeds and test targets; one of a kind shows no spread and adds none) and "
         f"the gain over General in points. {STARS} Best: the first of its scene; tie: the tests can't tell it from the "
         f"first. {PLAIN} Wilson's interval likewise.",
         rows=rows,
-        headers=(*source.headers, "n", "success %", *(() if fresh else ("published %",)), "95 %", "over", "",
+        headers=(*source.headers, "n", "success %", *(() if fresh else ("published %",)), "95 %",
+                 "selection seeds x training seeds x targets", "",
                  "gain", "95 %", "Holm p", "settled %", "95 %", "publication's: Wilson 95 %", "z", "p"),
         cells=[
             [*source.heads(row), str(row.n), text.percent(row.success_rate),
-             *(() if fresh else (text.percent(row.published),)), text.percents(row.interval), row.interval_over,
-             place(row), *gain_cells(row.gain), text.percent(row.settled_rate), text.percents(row.settled_interval),
+             *(() if fresh else (text.percent(row.published),)), text.percents(row.interval),
+             f"{row.selection_seeds} x {row.training_seeds} x {row.tests}",
+             standing(row), *gain_cells(row.gain), text.percent(row.settled_rate), text.percents(row.settled_interval),
              text.percents(row.wilson), *plain_cells(row.gain.z_test if row.gain else None)]
             for row in rows
         ],
@@ -110,7 +113,7 @@ def quality_table(source: Source) -> Table[QualityRow]:
     )  # fmt: skip
 
 
-def place(row: SummaryRow) -> str:
+def standing(row: SummaryRow) -> str:
     """Whether a selection is the best of its scene, or ties with the best."""
     if not row.best:
         return ""

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from scipy import stats
-
 from plancurate.tasks.study.against import BASELINE, SURE
 from plancurate.tasks.study.published import PublishedResult
-from plancurate.tasks.study.rows import AgreementRow, Gain, SummaryRow
+from plancurate.tasks.study.rows import Gain, SummaryRow
+from plancurate.tasks.study.selection_rows import AgreementRow
 from plancurate.tasks.study.statistics import Estimate, effect_difference, two_proportion_test
 
 
@@ -60,6 +59,8 @@ def verdict(here: str, there: str, apart: Estimate) -> str:
 
 def agreement_sentence(rows: Sequence[AgreementRow]) -> str:
     """How many gains of one scene and budget have the published sign, and how their order agrees; empty for none."""
+    from scipy import stats  # most of a second, which no --help needs
+
     if not rows:
         return ""
     same = [row for row in rows if row.gain * row.published_gain > 0]

@@ -25,6 +25,9 @@ IMAGINED = 2
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
+TargetCounts = npt.NDArray[np.float32]
+"""Whole numbers: below 2^24 they are exact in single precision, in which products take half the time."""
+Weights = npt.NDArray[np.float32]
 Counts = FloatArray
 """(1 + draws, 3): successes with the first imagined target reached, with the second, trials; row 0 as it is."""
 
@@ -43,15 +46,17 @@ class Grid:
     seeds: tuple[int, ...]
 
 
-def target_counts(n_targets: int, rng: np.random.Generator, draws: int = DRAWS) -> IntArray:
+def target_counts(n_targets: int, rng: np.random.Generator, draws: int = DRAWS) -> TargetCounts:
     """How often each test target is drawn (1 + draws, n_targets + 2), the imagined ones last; row 0: once each."""
     members = n_targets + IMAGINED
-    return np.vstack([np.ones((1, members), np.int64), _drawn(rng, members, np.ones(draws, np.int64))])
+    counts = np.ones((1 + draws, members), np.float32)
+    counts[1:] = _drawn(rng, members, np.ones(draws, np.int64))
+    return counts
 
 
-def network_weights(grid: Grid, rng: np.random.Generator, draws: int = DRAWS) -> FloatArray:
+def network_weights(grid: Grid, rng: np.random.Generator, draws: int = DRAWS) -> Weights:
     """How much each network counts in each draw (1 + draws, networks), on average 1; row 0: once each."""
-    weights = np.ones((1 + draws, len(grid.policies)))
+    weights = np.ones((1 + draws, len(grid.policies)), np.float32)
     chosen, policies = np.array(grid.selection_seeds), np.array(grid.policies)
     known = np.unique(chosen)
     copies = _drawn(rng, len(known), np.ones(draws, np.int64))
@@ -64,18 +69,16 @@ def network_weights(grid: Grid, rng: np.random.Generator, draws: int = DRAWS) ->
     return weights
 
 
-def drawn_counts(grid: Grid, targets: IntArray, weights: FloatArray) -> dict[str, Counts]:
+def drawn_counts(grid: Grid, targets: TargetCounts, weights: Weights) -> dict[str, Counts]:
     """Successes and trials of each policy in each draw, for drawn targets and weights of networks."""
-    # Whole numbers below 2^24 are exact in single precision, in which the product takes half the time.
-    exact = targets.astype(np.float32)
-    reached = exact[:, :-IMAGINED] @ grid.success.T.astype(np.float32)
-    tried = exact[:, :-IMAGINED] @ grid.tried.T.astype(np.float32)
+    reached = _times_drawn(targets, grid.success)
+    tried = _times_drawn(targets, grid.tried)
     size = np.full(len(targets), _enlarged(targets.shape[1]))
     size[0] = 1.0
     counts = {}
     for policy in dict.fromkeys(grid.policies):
         own = [i for i, name in enumerate(grid.policies) if name == policy]
-        networks = weights[:, own]
+        networks = weights[:, own].astype(np.float64)
         imagined = networks.sum(axis=1)[:, None] * targets[:, -IMAGINED:]
         successes = (networks * reached[:, own]).sum(axis=1)
         trials = (networks * tried[:, own]).sum(axis=1) + imagined.sum(axis=1)
@@ -105,12 +108,12 @@ def paired_difference(counts: Counts, base: Counts) -> Estimate:
     return Estimate(float(differences[0]), float(np.nanstd(differences[1:], ddof=1)))
 
 
-def varied(grids: list[Grid]) -> str:
+def varied(grid: Grid) -> str:
     """What an interval takes in, in words, such as 'training seeds and targets' or 'targets only'."""
     levels = []
-    if any(len(set(grid.selection_seeds)) > 1 for grid in grids):
+    if len(set(grid.selection_seeds)) > 1:
         levels.append("selection seeds")
-    if any(len(set(grid.seeds)) > 1 for grid in grids):
+    if len(set(grid.seeds)) > 1:
         levels.append("training seeds")
     return " and ".join([", ".join(levels), "targets"]) if levels else "targets only"
 
@@ -118,6 +121,13 @@ def varied(grids: list[Grid]) -> str:
 def _drawn(rng: np.random.Generator, members: int, times: IntArray) -> IntArray:
     """How often each member is drawn (draws, members) when one fewer than all are drawn `times` times over."""
     return rng.multinomial(times * max(members - 1, 1), np.full(members, 1 / members))
+
+
+def _times_drawn(targets: TargetCounts, cells: BoolArray) -> TargetCounts:
+    """How many of each network's cells (networks, targets) that are true were drawn (1 + draws, networks)."""
+    if cells.all():
+        return np.repeat(targets[:, :-IMAGINED].sum(axis=1, keepdims=True), len(cells), axis=1)
+    return targets[:, :-IMAGINED] @ cells.T.astype(np.float32)
 
 
 def _enlarged(members: int) -> float:

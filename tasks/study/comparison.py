@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.against import cell
 from plancurate.tasks.study.bootstrap import Counts, paired_difference, pooled, rate_interval
 from plancurate.tasks.study.rows import Cell, Row
 from plancurate.tasks.study.statistics import Interval, Outcomes, Test, holm
 from plancurate.tasks.study.studies import recorded_study
 from plancurate.tasks.study.trial_results import Kind
-from plancurate.tasks.study.trials import Drawn, draw, network_trials
+from plancurate.tasks.study.trials import Bootstrap, Drawn, network_trials
 
 
 @dataclass(frozen=True)
@@ -94,9 +94,9 @@ def compare_studies(lake: Lake, a: str, b: str, kind: Kind = "displaced") -> Stu
 
 def recorded_setup(lake: Lake, study: str) -> dict[str, Any]:
     """A study's configuration and the versions it ran with, by field path."""
-    found = recorded_study(lake, study)
-    versions = {"package_version": found.package_version, "ompl_version": found.ompl_version}
-    return flattened({**found.config, **versions})
+    record = recorded_study(lake, study)
+    versions = {"package_version": record.package_version, "ompl_version": record.ompl_version}
+    return flattened({**record.config, **versions})
 
 
 def flattened(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -123,7 +123,7 @@ def tested(lake: Lake, study: str, kind: Kind, seed: int) -> Tested:
     for row in lake.query("results/by_policy", study=study, kind=kind).to_pylist():
         counts.setdefault(cell(row), {})[row["policy"]] = Outcomes(row["successes"], row["n"])
     trials = network_trials(lake.query("results/outcomes", study=study, kind=kind))
-    return Tested(counts, draw(trials, seed=seed))
+    return Tested(counts, Bootstrap(trials, seed).draw())
 
 
 def rate_differences(a: Tested, b: Tested) -> list[RateDifference]:

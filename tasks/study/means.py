@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from plancurate.tasks.study.statistics import CONFIDENCE, Interval, Test
 
@@ -34,11 +33,13 @@ def moments(values: Sequence[float]) -> Moments:
 
 def mean_interval(values: Sequence[float] | Moments, confidence: float = CONFIDENCE) -> Interval:
     """Student's t interval of a mean; unbounded for a single value, ValueError for none."""
-    found = values if isinstance(values, Moments) else moments(values)
-    if found.std is None:
+    from scipy import stats  # most of a second, which no --help needs
+
+    given = values if isinstance(values, Moments) else moments(values)
+    if given.std is None:
         return Interval(-math.inf, math.inf)
-    half = float(stats.t.ppf((1 + confidence) / 2, found.n - 1)) * found.std / math.sqrt(found.n)
-    return Interval(found.mean - half, found.mean + half)
+    half = float(stats.t.ppf((1 + confidence) / 2, given.n - 1)) * given.std / math.sqrt(given.n)
+    return Interval(given.mean - half, given.mean + half)
 
 
 def welch_test(values: Sequence[float] | Moments, base: Sequence[float] | Moments) -> Test:
@@ -47,6 +48,8 @@ def welch_test(values: Sequence[float] | Moments, base: Sequence[float] | Moment
     A single value has no spread to judge a difference by: t = 0, p = 1. Means that differ between values
     without spread differ for certain: t infinite, p = 0.
     """
+    from scipy import stats  # most of a second, which no --help needs
+
     a, b = (v if isinstance(v, Moments) else moments(v) for v in (values, base))
     if a.std is None or b.std is None or math.isclose(a.mean, b.mean, rel_tol=_ROUNDING, abs_tol=1e-15):
         return Test(0.0, 1.0)

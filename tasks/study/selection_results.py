@@ -6,20 +6,12 @@ from collections import defaultdict
 from collections.abc import Sequence
 from statistics import fmean
 
-from scipy import stats
-
-from plancurate.tasks.curation.selectors.base import STAGES
+from plancurate.tasks.curation.names import STAGES
 from plancurate.tasks.study.against import SqlRow, cell
 from plancurate.tasks.study.means import mean_interval, moments
 from plancurate.tasks.study.published import published_results
-from plancurate.tasks.study.rows import (
-    BelowRandomRow,
-    Cell,
-    CoverageRow,
-    PlannerRow,
-    SummaryRow,
-    TimeRow,
-)
+from plancurate.tasks.study.rows import Cell, SummaryRow
+from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow, TimeRow
 
 CONTROL = "Random"
 PUBLISHED_ELSEWHERE = ("BehaviorRetrieval", "SCIZOR", "CUPID")
@@ -102,6 +94,8 @@ def way_correlation(
 
     Only selections that leave no target out count; None for fewer than three or where all go the same ways.
     """
+    from scipy import stats  # most of a second, which no --help needs
+
     rates = {row.cell: row.success_rate for row in summaries}
     whole = [row for row in coverage if row.cell in rates and not row.targets_without]
     ways, success = [row.shortest_way for row in whole], [rates[row.cell] for row in whole]

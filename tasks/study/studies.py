@@ -9,7 +9,7 @@ from datetime import datetime
 from typing import Any
 
 from plancurate.errors import UnknownNameError
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def find_study(lake: Lake, name: str, key: str | None = None) -> str:
 
     An identifier is taken for a name too. UnknownNameError names what is known.
     """
-    known = lake.query("results/studies").to_pylist()  # the last run first
+    known = lake.query_sound("results/studies").to_pylist()  # the last run first
     own = [row for row in known if row["name"] == name] or [row for row in known if row["study"] == name]
     if not own:
         raise UnknownNameError("study", name, {row["name"] for row in known})
@@ -60,7 +60,7 @@ def recorded_study(lake: Lake, study: str) -> Study:
     """Return how a study was set up, by its identifier; UnknownNameError when there is none."""
     rows = lake.query("results/study", study=study).to_pylist()
     if not rows:
-        raise UnknownNameError("study", study, lake.query("results/studies")["study"].to_pylist())
+        raise UnknownNameError("study", study, lake.query_sound("results/studies")["study"].to_pylist())
     last = max(rows, key=lambda row: row["run_at"])
     pools = tuple(
         StudyPool(row["scene"], row["pool_label"], row["pool"], row["n_targets"], tuple(row["planners"]))

@@ -79,43 +79,56 @@ def network_trials(rows: pa.Table) -> list[NetworkTrials]:
     ]
 
 
-def draw(
-    networks: Sequence[NetworkTrials], measure: Measure = "success", seed: int = 0, draws: int = DRAWS
-) -> dict[Cell, Drawn]:
-    """Draws of each selection in each scene, and over all scenes for one that none of several lacks.
+class Bootstrap:
+    """Draws of a study's networks and test targets: the networks' once, whatever is asked about them."""
 
-    Within a scene all selections see the same drawn test targets, so that differences are paired.
-    """
-    found: dict[Cell, Drawn] = {}
-    by_scene: dict[tuple[str, str], dict[Cell, list[NetworkTrials]]] = defaultdict(lambda: defaultdict(list))
-    for network in networks:
-        by_scene[network.cell.scene, network.cell.pool_label][network.cell].append(network)
-    for (scene, pool_label), selections in by_scene.items():
-        tests = np.unique(np.concatenate([n.test_ids for own in selections.values() for n in own]))
-        targets = target_counts(len(tests), _generator(seed, scene, pool_label), draws)
-        for cell, own in selections.items():
-            grid = _grid(own, tests, measure)
-            weights = network_weights(grid, _generator(seed, *map(str, cell)), draws)
-            found[cell] = Drawn(drawn_counts(grid, targets, weights), varied([grid]))
-    return found | _totals(found, list(by_scene))
+    def __init__(self, networks: Sequence[NetworkTrials], seed: int = 0, draws: int = DRAWS) -> None:
+        self._by_cell: dict[Cell, list[NetworkTrials]] = defaultdict(list)
+        for network in networks:
+            self._by_cell[network.cell].append(network)
+        self._seed, self._draws = seed, draws
+        self._weights = {
+            cell: network_weights(_grid(own, _tests(own)), _generator(seed, *map(str, cell)), draws)
+            for cell, own in self._by_cell.items()
+        }
+
+    def draw(self, measure: Measure = "success", distance_cm: int | None = None) -> dict[Cell, Drawn]:
+        """Draws of each selection in each scene, and over all scenes for one that none of several lacks.
+
+        Within a scene all selections see the same drawn test targets, so that differences are paired. With a distance
+        only tests at that distance from the trained targets count.
+        """
+        drawn: dict[Cell, Drawn] = {}
+        groups = list(dict.fromkeys((cell.scene, cell.pool_label) for cell in self._by_cell))
+        for scene, pool_label in groups:
+            chosen = {
+                cell: [n if distance_cm is None else n.at_distance(distance_cm) for n in own]
+                for cell, own in self._by_cell.items()
+                if (cell.scene, cell.pool_label) == (scene, pool_label)
+            }
+            tests = _tests([network for own in chosen.values() for network in own])
+            targets = target_counts(len(tests), _generator(self._seed, scene, pool_label), self._draws)
+            for cell, own in chosen.items():
+                grid = _grid(own, tests, measure)
+                drawn[cell] = Drawn(drawn_counts(grid, targets, self._weights[cell]), varied(grid))
+        return drawn | _totals(drawn, groups)
+
+    def by_distance(self) -> dict[tuple[Cell, int], Counts]:
+        """Draws of each selection at each distance of the tested from the trained target, all policies together."""
+        known = [np.unique(network.distances_cm) for own in self._by_cell.values() for network in own]
+        distances = sorted({int(cm) for some in known for cm in some if cm >= 0})
+        return {
+            (cell, distance): drawn.counts
+            for distance in distances
+            for cell, drawn in self.draw(distance_cm=distance).items()
+        }
 
 
-def draw_by_distance(networks: Sequence[NetworkTrials], seed: int = 0) -> dict[tuple[Cell, int], Counts]:
-    """Draws of each selection at each distance of the tested from the trained target, all policies together."""
-    known = [np.unique(network.distances_cm) for network in networks]
-    distances = sorted({int(cm) for found in known for cm in found if cm >= 0})
-    return {
-        (cell, distance): drawn.counts
-        for distance in distances
-        for cell, drawn in draw([n.at_distance(distance) for n in networks], seed=seed).items()
-    }
-
-
-def _totals(found: Mapping[Cell, Drawn], groups: Sequence[tuple[str, str]]) -> dict[Cell, Drawn]:
+def _totals(drawn: Mapping[Cell, Drawn], groups: Sequence[tuple[str, str]]) -> dict[Cell, Drawn]:
     totals = {}
-    for cell in found:
+    for cell in drawn:
         scenes = [scene for scene, pool_label in groups if pool_label == cell.pool_label]
-        parts = [found.get(cell._replace(scene=scene)) for scene in scenes]
+        parts = [drawn.get(cell._replace(scene=scene)) for scene in scenes]
         complete = [part for part in parts if part is not None]
         if len(scenes) > 1 and len(complete) == len(scenes):
             totals[cell._replace(scene=ALL_SCENES)] = _summed(complete)
@@ -131,7 +144,11 @@ def _summed(parts: Sequence[Drawn]) -> Drawn:
     return Drawn(by_policy, max((part.over for part in parts), key=len))  # the longest names the most levels
 
 
-def _grid(networks: Sequence[NetworkTrials], tests: IntArray, measure: Measure) -> Grid:
+def _tests(networks: Sequence[NetworkTrials]) -> IntArray:
+    return np.unique(np.concatenate([network.test_ids for network in networks]))
+
+
+def _grid(networks: Sequence[NetworkTrials], tests: IntArray, measure: Measure = "success") -> Grid:
     success, tried = (np.zeros((len(networks), len(tests)), dtype=np.bool_) for _ in range(2))
     for i, network in enumerate(networks):
         columns = np.searchsorted(tests, network.test_ids)

@@ -6,6 +6,7 @@ import pytest
 
 from plancurate import native
 from plancurate.robots import load_robot, load_scene
+from plancurate.tasks.candidates import generate
 from plancurate.tasks.candidates.generate import generate_candidates, pool_id
 from plancurate.tasks.candidates.metrics import joint_movement
 from plancurate.tasks.candidates.settings import GenerateSettings, PlanSettings, TargetSettings
@@ -84,3 +85,13 @@ def test_the_pool_is_named_by_what_decides_its_rows():
     params = [{"RRT": {"range": "1"}, "EST": {}}, {"EST": {}, "RRT": {"range": "1"}}]
     settings = [GenerateSettings(plan=PlanSettings(params=order)) for order in params]
     assert pool_id(ROBOT, SCENE, settings[0]) == pool_id(ROBOT, SCENE, settings[1])
+
+
+def test_another_revision_or_version_of_ompl_is_another_pool(monkeypatch):
+    ids = {pool_id(ROBOT, SCENE, SETTINGS)}
+    with monkeypatch.context() as changed:
+        changed.setattr(generate, "REVISION", generate.REVISION + 1)
+        ids.add(pool_id(ROBOT, SCENE, SETTINGS))
+    monkeypatch.setattr(native, "ompl_version", lambda: "9.9.9")
+    ids.add(pool_id(ROBOT, SCENE, SETTINGS))
+    assert len(ids) == 3

@@ -82,6 +82,16 @@ def test_each_run_draws_its_own_goals_and_draws_them_again():
     assert native.is_free(ROBOT.native, TABLE.native, first).all()
 
 
+def test_goals_without_tolerance_are_drawn_from_the_target_s_own():
+    settings = GenerateSettings(plan=PlanSettings(goals="pose", goal_draws=1))
+    target = max(sample_targets(ROBOT, TABLE, settings.targets, 0, 8), key=lambda target: len(target.goals))
+    drawn = [run_goals(ROBOT, TABLE, target, seed, settings) for seed in range(12)]
+    assert len(target.goals) >= 2
+    assert all((goals[:, None] == target.goals).all(axis=2).any(axis=1).all() for goals in drawn)
+    assert all(len(np.unique(goals, axis=0)) == len(goals) for goals in drawn)
+    assert len({goals.tobytes() for goals in drawn}) == len(target.goals)
+
+
 def test_the_nearest_goal_is_the_same_for_all_runs():
     (target, one), (_, other) = (goals_of(seed, goals="nearest") for seed in (1, 2))
     assert np.array_equal(one, other)

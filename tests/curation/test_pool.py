@@ -6,7 +6,7 @@ import pytest
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.curation.pool import load_pool, load_waypoints, make_pool
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 
 PARTITION = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 

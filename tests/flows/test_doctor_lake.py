@@ -10,8 +10,8 @@ import pytest
 import torch
 
 from plancurate.flows.cli.app import main
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.manifest import MANIFEST, append, entry_of, list_files
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_policy
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
@@ -25,7 +25,8 @@ def home(small_lake: Lake) -> Path:
     ones = [torch.ones(size) for size in (9, 9, 6, 6)]
     weights = policy.initial(9, 6, torch.Generator())
     folder = small_lake.root.parent / "models" / "BC_MLP-s0-0123"
-    TrainedPolicy(policy, weights, Normaliser(*ones), "delta", 10, 0).save(folder)
+    layout = (("target_offset", 3), ("joint_positions", 6))
+    TrainedPolicy(policy, weights, Normaliser(*ones), layout, "delta", 10, 0).save(folder)
     return small_lake.root.parent
 
 

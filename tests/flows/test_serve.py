@@ -21,10 +21,12 @@ from prefect.settings import temporary_settings
 from plancurate.flows.server.deployments import deploy
 from plancurate.flows.server.services import healthy
 from plancurate.locks import read_note
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.lake.store import Lake
 
 from ..homes import NewHome, environment
+
+pytestmark = pytest.mark.server
 
 FINAL = {"COMPLETED", "FAILED", "CRASHED", "CANCELLED"}
 ONE_TARGET = {"config": {"name": "served", "n_targets": 1, "planners": ["RRTConnect"]}}

@@ -22,6 +22,8 @@ from plancurate.tasks.lake.home import Home
 
 from ..homes import NewHome
 
+pytestmark = pytest.mark.server
+
 SHORT = """
 import sys
 from plancurate.tasks.lake.home import Home

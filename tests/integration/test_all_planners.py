@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plancurate.robots import load_robot, load_scene
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 
 from ..homes import NewHome
 from .conftest import Command

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from plancurate import sql
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.config import load_config
 
 from ..homes import NewHome, environment

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 
 from ..homes import NewHome
 from .conftest import Command

@@ -10,9 +10,9 @@ import duckdb
 import pytest
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.lake.schema import TABLES
+from plancurate.tasks.lake.store import Lake
 
 
 def count(catalog: Path, folder: Path) -> int:

@@ -14,11 +14,11 @@ import pyarrow as pa
 import pytest
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.lake.compact import compact
 from plancurate.tasks.lake.manifest import read_manifest
 from plancurate.tasks.lake.schema import table
+from plancurate.tasks.lake.store import Lake
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0123"}
 PARTS = 40

@@ -14,11 +14,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake import Lake, mend
 from plancurate.tasks.lake.compact import compact
 from plancurate.tasks.lake.footer import OWN
 from plancurate.tasks.lake.manifest import MANIFEST, append, entry_of
+from plancurate.tasks.lake.mend import mend
 from plancurate.tasks.lake.schema import SCHEMA_VERSION, table
+from plancurate.tasks.lake.store import Lake
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0123"}
 OTHER = {**POOL, "pool": "0124"}

@@ -13,8 +13,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from plancurate.tasks.lake import Lake, mend
+from plancurate.tasks.lake.mend import mend
 from plancurate.tasks.lake.schema import table
+from plancurate.tasks.lake.store import Lake
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0123"}
 ROWS_A_PART = 2000

@@ -9,10 +9,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from plancurate.errors import PlancurateError, UnknownNameError
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.compact import compact
 from plancurate.tasks.lake.footer import read_footer
 from plancurate.tasks.lake.schema import SCHEMA_VERSION, TABLES, table
+from plancurate.tasks.lake.store import Lake
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0123"}
 SCHEMA = table("targets").schema

@@ -23,6 +23,8 @@ from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.tasks.learning.test_targets import unseen_tests
 from plancurate.tasks.learning.train import learning_rate, train
 
+pytestmark = pytest.mark.training
+
 SCENE = load_scene("free")
 NAMES = ["BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN"]
 SMALL = {

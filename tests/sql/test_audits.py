@@ -9,16 +9,22 @@ import pytest
 
 from plancurate.robots import load_robot, load_scene
 from plancurate.sql import names
+from plancurate.tasks.candidates.settings import TimingSettings
 from plancurate.tasks.curation.curate import curate
+from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.pool import load_pool
 from plancurate.tasks.curation.selector_choice import SelectorChoice
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.audits import failed_audits
 from plancurate.tasks.lake.manifest import list_files
+from plancurate.tasks.lake.store import Lake
+from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 
-from ..conftest import copied
+from ..lakes import copied
+from ..studies import StudyMaker
 
+LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
+LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 
 
 @pytest.fixture(scope="module")
@@ -37,10 +43,11 @@ def curated(curated_once: Lake, tmp_path: Path) -> Lake:
 
 def record_selections(lake: Lake, study: str) -> None:
     """Two selections of a study."""
+    StudyMaker(lake).record(*study.split("-"))
     pool, robot, scene = load_pool(lake, POOL), load_robot("h2017"), load_scene("free")
     for name in ("General", "KMeans_Hybrid"):
         choice = SelectorChoice(name=name)
-        curate(lake, pool, study, choice, 2, 0, robot=robot, scene=scene, metadata={})
+        curate(lake, pool, study, choice, 2, 0, robot=robot, scene=scene, learning=LEARNING, metadata={})
 
 
 def spoil(folder: Path, column: str, value: object) -> None:

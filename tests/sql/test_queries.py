@@ -6,8 +6,8 @@ import pytest
 
 from plancurate.errors import UnknownNameError
 from plancurate.sql import load, names
-from plancurate.tasks.lake import Lake
 from plancurate.tasks.lake.schema import TABLES
+from plancurate.tasks.lake.store import Lake
 
 
 def test_a_query_is_found_by_name_and_an_unknown_one_names_the_nearest() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 
 FREE = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 TABLE = {"robot": "h2017", "scene": "table", "pool": "3d4e5f"}

@@ -160,10 +160,10 @@ def test_a_policy_that_a_selection_seed_lacks_is_left_out_of_its_draws() -> None
 
 
 def test_what_was_drawn_is_said_in_words() -> None:
-    assert varied([one("1")]) == "targets only"
-    assert varied([grid(["1", "1"], "pp", "00", "01")]) == "training seeds and targets"
-    assert varied([NESTED]) == "selection seeds, training seeds and targets"
-    assert varied([grid(["1", "1"], "pq", "01", "00")]) == "selection seeds and targets"
+    assert varied(one("1")) == "targets only"
+    assert varied(grid(["1", "1"], "pp", "00", "01")) == "training seeds and targets"
+    assert varied(NESTED) == "selection seeds, training seeds and targets"
+    assert varied(grid(["1", "1"], "pq", "01", "00")) == "selection seeds and targets"
 
 
 def test_selections_of_one_law_are_seldom_told_apart() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.sql import load, names
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.results import study_results
 from plancurate.tasks.study.studies import find_study
 

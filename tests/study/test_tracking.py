@@ -23,15 +23,15 @@ from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_p
 from plancurate.tasks.study import tracking
 from plancurate.tasks.study.tracking import ChildRun, StudyRun
 
+pytestmark = pytest.mark.server
+
 DOF = 6
 
 
 @pytest.fixture(scope="session")
-def empty_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A database with MLflow's tables: making them takes seconds, copying them does not."""
-    database = tmp_path_factory.mktemp("mlflow") / "empty.db"
-    tracking.ensure_store(database)
-    return database
+def empty_store(tables: Path) -> Path:
+    """A database with MLflow's tables."""
+    return tables / "mlflow.db"
 
 
 @pytest.fixture(scope="session")

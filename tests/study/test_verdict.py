@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from plancurate.tasks.lake import Lake
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.results import study_results
 from plancurate.tasks.study.verdict import Verdict, verdicts
 

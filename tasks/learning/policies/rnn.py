@@ -60,7 +60,7 @@ class RNNPolicy(Policy):
         """Masks of what goes into each layer and the head, and of the state of each layer."""
         if masks is None:
             return [None] * (self.layers + 1), [None] * self.layers
-        parts = masks.split([observed, *[self.hidden] * (2 * self.layers)], dim=-1)
+        parts = torch.split(masks, [observed, *[self.hidden] * (2 * self.layers)], dim=-1)
         return parts[: self.layers + 1], parts[self.layers + 1 :]
 
     def step(
@@ -91,5 +91,6 @@ def _times(x: Tensor, mask: Tensor | None) -> Tensor:
     return x if mask is None else x * mask[:, None]
 
 
-def _layer(weights: Weights, k: int) -> list[Tensor]:
-    return [weights[f"gru_{k}.{part}"] for part in PARTS]
+def _layer(weights: Weights, k: int) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    input, hidden, input_bias, hidden_bias = (weights[f"gru_{k}.{part}"] for part in PARTS)
+    return input, hidden, input_bias, hidden_bias

@@ -36,6 +36,8 @@ from .defects import (
     tool_positions,
 )
 
+pytestmark = pytest.mark.training
+
 FEW = {"vae_steps": 20}
 """For what does not depend on how good the embedding is."""
 

@@ -46,6 +46,8 @@ from plancurate.tasks.learning.train import train
 
 from .defects import LEARNING, ROBOT, SCENE, Bed, auroc, defective_pool
 
+pytestmark = pytest.mark.training
+
 TARGETS = 6
 QUICK = {"steps": 300, "rollouts": 10, "projection": 8}
 

@@ -39,6 +39,8 @@ from .defects import (
     tool_positions,
 )
 
+pytestmark = pytest.mark.training
+
 FEW = {"classifier_steps": 20}
 """For what does not depend on how good the classifier is."""
 
