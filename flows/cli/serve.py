@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from types import FrameType
 from typing import IO
 
+from rich.markup import escape
+
 from plancurate.flows.cli.console import console
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.server.serve import services, watch
@@ -25,7 +27,7 @@ def serve(options: HomeOptions = HomeOptions()) -> None:
     with path.open("a+") as file:
         while not try_lock(file, fcntl.LOCK_EX):
             if (note := read_note(path)) is not None:
-                console.print(_who_serves(home, note), soft_wrap=True, highlight=False)
+                console.print(_who_serves(home, note), soft_wrap=True, highlight=False, markup=False)
                 return
         try:
             _serve(home, file)
@@ -61,7 +63,7 @@ def _overview(home: Home, prefect: str, mlflow: str) -> str:
         (
             f"[bold]Prefect[/]  {prefect}  [dim]runs, schedules; start one under Deployments[/]",
             f"[bold]MLflow[/]   {mlflow}/{MLFLOW_PAGE}  [dim]studies, their runs and models[/]",
-            f"[bold]Home[/]     {home.root}  [dim]lake, databases, log files in prefect/[/]",
+            f"[bold]Home[/]     {escape(str(home.root))}  [dim]lake, databases, log files in prefect/[/]",
             "Ctrl-C stops everything",
         )
     )

@@ -15,9 +15,9 @@ from plancurate.errors import PlancurateError
 from plancurate.flows.server.services import (
     HOST,
     STOP_TIMEOUT_S,
-    free_port,
     healthy,
     last_line,
+    listen,
     spawn,
     started,
 )
@@ -101,8 +101,8 @@ def _crash_dead_runs(url: str) -> None:
 
 
 def _spawn_server(home: Home, port: int) -> subprocess.Popen[bytes]:
-    port = free_port(port)
-    url = f"http://{HOST}:{port}/api"
+    listener = listen(port)
+    url = f"http://{HOST}:{listener.getsockname()[1]}/api"
     environment = {
         **SERVER_DEFAULTS,
         "PREFECT_API_DATABASE_CONNECTION_URL": f"sqlite+aiosqlite:///{home.prefect / 'prefect.db'}",
@@ -112,11 +112,12 @@ def _spawn_server(home: Home, port: int) -> subprocess.Popen[bytes]:
         "PREFECT_LOGGING_HANDLERS_CONSOLE_LEVEL": "DEBUG",  # the log file takes what the terminal does not
         "DO_NOT_TRACK": "1",
     }
-    uvicorn = ["uvicorn", "--factory", "prefect.server.api.server:create_app", "--host", HOST]
-    uvicorn += ["--port", str(port), "--log-level", "warning", "--timeout-graceful-shutdown", "5"]
+    descriptor = listener.fileno()
+    module = ["plancurate.flows.server.prefect_app", str(descriptor)]
     lifetime = ["--users", str(home.prefect / "users.lock")]
     lifetime += ["--own", str(home.prefect / "server.lock"), "--url", url]
-    return spawn(uvicorn, home.prefect / "server.log", environment, lifetime)
+    with listener:
+        return spawn(module, home.prefect / "server.log", environment, lifetime, descriptors=[descriptor])
 
 
 def _leave(home: Home, users: IO[str]) -> None:

@@ -24,11 +24,16 @@ started: list[subprocess.Popen[bytes]] = []  # kept: a server may outlive the ru
 
 
 def spawn(
-    module: Sequence[str], log: Path, environment: Mapping[str, str], lifetime: Sequence[str]
+    module: Sequence[str],
+    log: Path,
+    environment: Mapping[str, str],
+    lifetime: Sequence[str],
+    descriptors: Sequence[int] = (),
 ) -> subprocess.Popen[bytes]:
     """Start a Python module with its arguments as a service in a process group of its own.
 
-    `lifetime` is the watchdog's options that say how long it lives; its output is added to `log`.
+    `lifetime` is the watchdog's options that say how long it lives; its output is added to `log`. It inherits
+    the open file `descriptors`.
     """
     watched = [sys.executable, "-m", "plancurate.flows.server.watchdog", *lifetime, "--", *module]
     with log.open("ab") as output:
@@ -41,6 +46,7 @@ def spawn(
             stderr=subprocess.STDOUT,
             env=dict(environment),
             start_new_session=True,
+            pass_fds=descriptors,
         )
     started.append(process)
     return process
@@ -59,17 +65,18 @@ def stop(process: subprocess.Popen[bytes]) -> None:
     process.wait()
 
 
+def listen(wanted: int) -> socket.socket:
+    """A socket that listens on the wanted port where nobody does, otherwise on any free one."""
+    for port in (wanted, 0):
+        with contextlib.suppress(OSError):
+            return socket.create_server((HOST, port))
+    raise PlancurateError(f"{HOST}: no free port")
+
+
 def free_port(wanted: int) -> int:
     """The wanted port when nobody listens there, otherwise any free one."""
-    for port in (wanted, 0):
-        with socket.socket() as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                probe.bind((HOST, port))
-            except OSError:
-                continue
-            return int(probe.getsockname()[1])
-    raise PlancurateError(f"{HOST}: no free port")
+    with listen(wanted) as listener:
+        return int(listener.getsockname()[1])
 
 
 def healthy(url: str) -> bool:
