@@ -38,8 +38,7 @@ def generate(config: StudyConfig, home: str | None = None) -> None:
     study = open_study(config, Home.resolve(home))
     study.lake.sweep()
     for pool in study.pools:
-        for line in mend_pool(study, pool):
-            console.print(f"  [yellow]made again:[/] {line}", highlight=False, soft_wrap=True)
+        say_made_again(mend_pool(study, pool))
         draw_targets(reference(study), pool.pool)
     if parts := missing_candidates(study):
         plan_all(study, parts)
@@ -80,6 +79,13 @@ def plan_all(study: StudyContext, parts: list[Part]) -> None:
             lambda planned: bar.advance(planned.runs, planned.failed),
             runner=task_runner(config),
         )
+
+
+# The flow itself must not name the console: Prefect pickles what a flow names for other processes.
+def say_made_again(lines: list[str]) -> None:
+    """Print what was damaged and is made again."""
+    for line in lines:
+        console.print(f"  [yellow]made again:[/] {line}", highlight=False, soft_wrap=True)
 
 
 def say_how_many_differ(study: StudyContext) -> None:

@@ -14,8 +14,8 @@ from pathlib import Path
 from cyclopts import App, CycloptsError, Group
 
 from plancurate import __version__
-from plancurate.errors import IncompleteError, PlancurateError
-from plancurate.flows.cli.console import console
+from plancurate.errors import IncompleteError, PlancurateError, shortened
+from plancurate.flows.cli.console import console, output
 from plancurate.yaml_files import parse_yaml
 
 USER_ERROR, INCOMPLETE, INTERRUPTED = 2, 1, 130
@@ -29,9 +29,9 @@ COMMANDS = {
     "Run a study": [
         "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:evaluate", "stages:compact",
     ],
-    "See what came out": ["queries:report", "compare:compare", "queries:sql", "serve:serve"],
+    "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
     "See what there is": [
-        "fields:fields", "registered:robots", "registered:planners", "registered:selectors", "registered:policies",
+        "fields:fields", "planning:robots", "planning:planners", "registered:selectors", "registered:policies",
         "doctor:doctor",
     ],
 }  # fmt: skip
@@ -52,6 +52,7 @@ def build() -> App:
         name="plancurate",
         version=__version__,
         help="Turn motion planners into imitation-learning data and see which of it is worth training on.",
+        help_format="plaintext",  # as it is written, and without the import of a Markdown parser
     )
     place = count()
     for title, commands in COMMANDS.items():
@@ -70,7 +71,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Run the command line; a user's mistake ends it with one line and exit code 2."""
     try:
         words = [as_json(word) for word in (sys.argv[1:] if argv is None else argv)]
-        app(words, exit_on_error=False, print_error=False, console=console)
+        app(words, exit_on_error=False, print_error=False, console=output)
     except (CycloptsError, PlancurateError) as error:
         stop(str(error), USER_ERROR)
     except OSError as error:
@@ -85,7 +86,9 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 def as_json(word: str) -> str:
     """Return a word that begins like a YAML mapping or list as JSON, which cyclopts reads, others as they are."""
-    return json.dumps(parse_yaml(word, word), default=str) if word.startswith(("{", "[")) else word
+    if not word.startswith(("{", "[")):
+        return word
+    return json.dumps(parse_yaml(word, shortened(word)), default=str)
 
 
 def stop(message: str, code: int) -> None:

@@ -8,11 +8,10 @@ from typing import Any, Literal
 
 from rich.table import Table
 
-from plancurate.flows.cli.console import output
+from plancurate.flows.cli.console import output, write
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.flows.cli.queries import write
 from plancurate.flows.cli.tables import as_markdown
-from plancurate.tasks.curation.selectors.selection import label
+from plancurate.tasks.curation.names import label
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study import text
 from plancurate.tasks.study.comparison import (
@@ -55,26 +54,26 @@ def compare(
         key_b: Key of an earlier study of the second name.
     """
     lake = Lake(options.folder().lake)
-    found = compare_studies(lake, find_study(lake, study_a, key_a), find_study(lake, study_b, key_b), kind)
+    compared = compare_studies(lake, find_study(lake, study_a, key_a), find_study(lake, study_b, key_b), kind)
     if format == "json":
-        write(as_json(found))
+        write(as_json(compared))
     elif format == "markdown":
-        write(as_page(found))
+        write(as_page(compared))
     else:
-        show(found)
+        show(compared)
 
 
-def show(found: StudyComparison) -> None:
+def show(compared: StudyComparison) -> None:
     """Print a comparison for the terminal."""
-    output.print(f"A  {found.a}\nB  {found.b}\n", highlight=False, soft_wrap=True)
-    output.print(terminal_table(setup_rows(found)) if found.fields else SAME_SETUP)
+    output.print(f"A  {compared.a}\nB  {compared.b}\n", highlight=False, soft_wrap=True)
+    output.print(terminal_table(setup_rows(compared)) if compared.fields else SAME_SETUP)
     output.print()
-    if found.results:
-        output.print(terminal_table(result_rows(found)))
-        output.print(note(found), style="dim", markup=False, highlight=False)
+    if compared.results:
+        output.print(terminal_table(result_rows(compared)))
+        output.print(note(compared), style="dim", markup=False, highlight=False)
     else:
         output.print(NOTHING_SHARED)
-    for line in unshared(found):
+    for line in unshared(compared):
         output.print(line, highlight=False)
 
 
@@ -88,43 +87,50 @@ def terminal_table(rows: list[dict[str, str]]) -> Table:
     return shown
 
 
-def as_page(found: StudyComparison) -> str:
+def as_page(compared: StudyComparison) -> str:
     """Return a comparison as Markdown."""
-    setup = as_markdown(setup_rows(found)) if found.fields else f"{SAME_SETUP}\n"
+    setup = as_markdown(setup_rows(compared)) if compared.fields else f"{SAME_SETUP}\n"
     results = (
-        f"{as_markdown(result_rows(found))}\n{note(found)}\n" if found.results else f"{NOTHING_SHARED}\n"
+        f"{as_markdown(result_rows(compared))}\n{note(compared)}\n"
+        if compared.results
+        else f"{NOTHING_SHARED}\n"
     )
-    parts = [f"A: {found.a}  \nB: {found.b}\n", setup, results, *(f"{line}\n" for line in unshared(found))]
+    parts = [
+        f"A: {compared.a}  \nB: {compared.b}\n",
+        setup,
+        results,
+        *(f"{line}\n" for line in unshared(compared)),
+    ]
     return "\n".join(parts)
 
 
-def as_json(found: StudyComparison) -> str:
+def as_json(compared: StudyComparison) -> str:
     """Return a comparison as a JSON object, rates as shares of 1."""
     only = {
-        "only_a": [key._asdict() for key in found.only_a],
-        "only_b": [key._asdict() for key in found.only_b],
+        "only_a": [key._asdict() for key in compared.only_a],
+        "only_b": [key._asdict() for key in compared.only_b],
     }
-    return json.dumps(asdict(found) | only, indent=1)
+    return json.dumps(asdict(compared) | only, indent=1)
 
 
-def note(found: StudyComparison) -> str:
+def note(compared: StudyComparison) -> str:
     """Return how to read the table of success rates."""
-    policies = sorted({policy for result in found.results for policy in result.policies})
+    policies = sorted({policy for result in compared.results for policy in result.policies})
     return NOTE.format(policies=", ".join(policies))
 
 
-def setup_rows(found: StudyComparison) -> list[dict[str, str]]:
+def setup_rows(compared: StudyComparison) -> list[dict[str, str]]:
     """What was set up differently, in words."""
     return [
-        {"field": field.field, **dict(zip("AB", field_text(field), strict=True))} for field in found.fields
+        {"field": field.field, **dict(zip("AB", field_text(field), strict=True))} for field in compared.fields
     ]
 
 
-def result_rows(found: StudyComparison) -> list[dict[str, str]]:
+def result_rows(compared: StudyComparison) -> list[dict[str, str]]:
     """Success rates and their differences, in words."""
-    several = len({result.group for result in found.results}) > 1
+    several = len({result.group for result in compared.results}) > 1
     return [
-        ({"scene": text.group(result)} if several else {}) | result_row(result) for result in found.results
+        ({"scene": text.group(result)} if several else {}) | result_row(result) for result in compared.results
     ]
 
 
@@ -162,9 +168,9 @@ def value_text(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def unshared(found: StudyComparison) -> list[str]:
+def unshared(compared: StudyComparison) -> list[str]:
     """Return a line for each study that has selections of its own."""
-    sides = (("A", found.only_a), ("B", found.only_b))
+    sides = (("A", compared.only_a), ("B", compared.only_b))
     return [
         f"only in {side}: {', '.join(dict.fromkeys(label(key.selector, key.budget) for key in only))}"
         for side, only in sides

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from rich.console import Console
 from rich.table import Table
 
@@ -17,3 +19,8 @@ def table(*columns: str) -> Table:
     for column in columns:
         shown.add_column(column, overflow="fold")
     return shown
+
+
+def write(answer: str) -> None:
+    """Write to standard output as it is, for programs: no wrapping, no colours."""
+    sys.stdout.write(answer if answer.endswith("\n") else answer + "\n")

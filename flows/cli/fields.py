@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 
 from pydantic import BaseModel
@@ -9,6 +10,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from plancurate.flows.cli.console import output
+from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.study.config import StudyConfig
 
 LONGEST_DEFAULT = 40  # characters
@@ -32,10 +34,11 @@ def leaves(settings: BaseModel, prefix: str = "") -> Iterator[tuple[str, object,
 
 
 def default_text(value: object) -> str:
-    """Return a default for a person, cut where it gets long."""
-    text = (
-        ", ".join(map(default_text, value))
-        if isinstance(value, tuple)
-        else str(getattr(value, "label", value))
-    )
+    """Return a default as YAML has it, cut where it gets long."""
+    if isinstance(value, tuple):
+        text = f"[{', '.join(map(default_text, value))}]"
+    elif isinstance(value, SelectorChoice):
+        text = value.label
+    else:
+        text = value if isinstance(value, str) else json.dumps(value)
     return text if len(text) <= LONGEST_DEFAULT else f"{text[:LONGEST_DEFAULT]}..."

@@ -68,14 +68,14 @@ def lines(tests: KindResults) -> list[SummaryRow]:
 def total(tests: KindResults) -> str:
     """What a line's own rate, interval and stars are over."""
     groups = {row.group for row in tests.summaries}
-    return "all policies" if len(groups) == 1 else place(tests.summaries[0])
+    return "all policies" if len(groups) == 1 else tests.summaries[0].group_title
 
 
 def matrix_columns(tests: KindResults) -> list[str]:
     """Policies, or scenes and variants where there are several."""
     if len({row.group for row in tests.summaries}) == 1:
         return sorted({row.policy for row in tests.policies})
-    return list(dict.fromkeys(place(row) for row in tests.summaries if row.scene != ALL_SCENES))
+    return list(dict.fromkeys(row.group_title for row in tests.summaries if row.scene != ALL_SCENES))
 
 
 def matrix_cells(tests: KindResults, selection: SummaryRow, columns: Sequence[str]) -> list[str]:
@@ -84,16 +84,11 @@ def matrix_cells(tests: KindResults, selection: SummaryRow, columns: Sequence[st
     if len({row.group for row in tests.summaries}) > 1:
         rows = tests.summaries
     rates = {
-        place(row) if isinstance(row, SummaryRow) else row.policy: row.success_rate
+        row.group_title if isinstance(row, SummaryRow) else row.policy: row.success_rate
         for row in rows
         if (row.selector, row.budget) == (selection.selector, selection.budget)
     }
     return [text.percent(rates.get(column)) for column in columns]
-
-
-def place(row: SummaryRow) -> str:
-    """Scene and variant of candidates."""
-    return f"{row.scene} {row.pool_label}".strip()
 
 
 def stars(row: SummaryRow) -> str:

@@ -66,12 +66,12 @@ NumpyDoubles bound_simplify(const Robot& robot, const Scene& scene, const Array<
                             double resolution) {
     require_states(path, "path", robot.dof);
     require_resolution(resolution);
-    Path answer = rows(path);
+    Path shortened = rows(path);
     {
         const nb::gil_scoped_release released;
-        answer = simplify(robot, scene, answer, seed, resolution);
+        shortened = simplify(robot, scene, shortened, seed, resolution);
     }
-    return path_array(answer, robot.dof);
+    return path_array(shortened, robot.dof);
 }
 
 template <auto member>

@@ -125,11 +125,11 @@ Path simplify(const Robot& robot, const Scene& scene, const Path& path, std::uin
         shorten_by(simplifier, work);
         const Path cornered = waypoints(work, robot.dof);
         smooth_by(simplifier, work);
-        for (Path answer : {waypoints(work, robot.dof), cornered}) {
+        for (Path shortened : {waypoints(work, robot.dof), cornered}) {
             // Interpolation may leave the ends a rounding error away from what they were.
-            answer.front() = path.front();
-            answer.back() = path.back();
-            if (length(answer) <= length(path) && !blocked_edge(query, answer)) return answer;
+            shortened.front() = path.front();
+            shortened.back() = path.back();
+            if (length(shortened) <= length(path) && !blocked_edge(query, shortened)) return shortened;
         }
     }
     return path;

@@ -85,15 +85,15 @@ public:
             return;
         }
         const bool exact = result.status == "exact";
-        const auto& found = static_cast<og::PathGeometric&>(*problem_->getSolutionPath());
+        const auto& solution = static_cast<og::PathGeometric&>(*problem_->getSolutionPath());
         std::size_t blocked = 1;
         if (simplification != Simplification::off) {
-            og::PathGeometric path(found);
+            og::PathGeometric path(solution);
             if (simplification == Simplification::full) shorten(path, seeds_);
             else shorten_partly(path, seeds_);
             blocked = keep(result, path, exact);
         }
-        if (blocked) blocked = keep(result, found, exact);
+        if (blocked) blocked = keep(result, solution, exact);
         if (blocked) {
             result.reason = "edge " + std::to_string(blocked) + " of the planner's path is not free";
             result.status = "none";
@@ -118,11 +118,11 @@ private:
 };
 
 // Sets status and reason when start or goals can't be used, or when nothing is left to plan.
-bool settled(const Query& query, Result& result) {
-    result.reason = objection(query, query.start, "start");
+bool needs_no_planning(const Query& query, Result& result) {
+    result.reason = why_unusable(query, query.start, "start");
     result.termination = "start";
     for (std::size_t i = 0; i < query.goals.size() && result.reason.empty(); ++i) {
-        result.reason = objection(query, query.goals[i], "goal " + std::to_string(i));
+        result.reason = why_unusable(query, query.goals[i], "goal " + std::to_string(i));
         result.termination = "goal";
     }
     if (!result.reason.empty()) return true;
@@ -134,7 +134,8 @@ bool settled(const Query& query, Result& result) {
     return true;
 }
 
-void finish(const Query& query, Result& result) {
+// Sets the cost, and the goal that the path ends at or how far from one it ends.
+void rate_path(const Query& query, Result& result) {
     result.cost = length(result.path);
     if (result.path.empty()) return;
     const std::size_t goal = nearest_goal(query, result.path.back());
@@ -153,11 +154,11 @@ Result plan(const Query& query, const std::string& planner, const Parameters& pa
     check_arguments(query, budget);
     Result result;
     Run run(query, planner, params, seed, budget);
-    if (!settled(query, result)) {
+    if (!needs_no_planning(query, result)) {
         run.solve(result);
         run.take_path(result, simplification);
     }
-    finish(query, result);
+    rate_path(query, result);
     result.seconds = run.seconds();
     return result;
 }

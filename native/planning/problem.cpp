@@ -218,7 +218,7 @@ bool Meter::spent() {
 
 double Meter::seconds() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
 
-std::string objection(const Query& query, const Configuration& q, const std::string& name) {
+std::string why_unusable(const Query& query, const Configuration& q, const std::string& name) {
     const Robot& robot = query.robot;
     for (int i = 0; i < robot.dof; ++i)
         if (!(q[i] >= robot.lower[i] && q[i] <= robot.upper[i])) {

@@ -55,7 +55,7 @@ struct Query {
 };
 
 // "" when q is inside the limits and free, else what is wrong with it, naming it `name`.
-std::string objection(const Query& query, const Configuration& q, const std::string& name);
+std::string why_unusable(const Query& query, const Configuration& q, const std::string& name);
 
 inline double* values(ompl::base::State* state) {
     return state->as<ompl::base::RealVectorStateSpace::StateType>()->values;

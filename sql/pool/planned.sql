@@ -1,4 +1,4 @@
--- What of a pool has been planned, solved or not. Grain: one planner and target.
+-- What of a pool has been planned, solved or not; `planner` is the source's label. Grain: source, target.
 SELECT DISTINCT
     planner,
     target_id

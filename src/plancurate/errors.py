@@ -45,8 +45,8 @@ def first_problem(where: object, error: ValidationError, model: type[BaseModel])
     """Say in one line what pydantic found wrong first: where, the value, and what would be right."""
     problem = error.errors(include_url=False)[0]
     *parents, name = problem["loc"] or ("content",)
-    if problem["type"] == "extra_forbidden":
-        return f"{where}: {UnknownNameError('field', str(name), field_names(model, parents))}"
+    if problem["type"] == "extra_forbidden" and (valid := field_names(model, parents)):
+        return f"{where}: {UnknownNameError('field', str(name), valid)}"
     wrong = "" if problem["type"] == "missing" else f" = {shortened(problem['input'])}"
     return f"{where}{wrong}: {problem['msg'].removeprefix('Value error, ')}"
 

@@ -10,9 +10,9 @@ from dataclasses import replace
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.tasks.curation.learning_settings import LearningSettings
+from plancurate.tasks.curation.names import STAGES
 from plancurate.tasks.curation.pool import Pool, load_waypoints
 from plancurate.tasks.curation.selector_choice import SelectorChoice
-from plancurate.tasks.curation.selectors.base import STAGES
 from plancurate.tasks.curation.selectors.selection import (
     KEPT_COLUMNS,
     Selection,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler, model_serializer, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
+
+from plancurate.tasks.curation.names import labelled
 
 if TYPE_CHECKING:
     from plancurate.tasks.curation.selectors.base import Selector
@@ -66,9 +67,3 @@ class SelectorChoice(BaseModel):
     def label(self) -> str:
         """Name in tables, such as `BehaviorRetrieval(task=shortest)`."""
         return labelled(self.name, self.params)
-
-
-def labelled(selector: str, params: Mapping[str, object]) -> str:
-    """Name a selector with the parameters it was given, such as `BehaviorRetrieval(task=shortest)`."""
-    given = ", ".join(f"{name}={value}" for name, value in sorted(params.items()))
-    return f"{selector}({given})" if given else selector

@@ -18,9 +18,15 @@ class Home:
 
     @classmethod
     def resolve(cls, folder: str | Path | None = None) -> Home:
-        """The folder asked for, else `PLANCURATE_HOME`, else `./data`, as an absolute path."""
+        """The folder asked for, else `PLANCURATE_HOME`, else `./data`, as an absolute path.
+
+        PlancurateError for a user's folder (~name) that nobody has, and for links that lead in a circle.
+        """
         chosen = folder or os.environ.get("PLANCURATE_HOME") or "data"
-        return cls(Path(chosen).expanduser().resolve())
+        try:
+            return cls(Path(chosen).expanduser().resolve())
+        except RuntimeError as error:
+            raise PlancurateError(f"home folder {chosen}: {error}") from None
 
     def require_writable(self) -> None:
         """Make the folder; PlancurateError where it can't be made or nothing can be written into it."""

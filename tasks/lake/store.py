@@ -37,7 +37,8 @@ class Lake(LakeFolder):
         A parameter that is called like a level ($pool, $study, ...) is that level's value.
         """
         levels = {level: value for level, value in parameters.items() if isinstance(value, str)}
-        return self._run(load(name), levels, parameters, threads=1)  # several add floats as they finish
+        # Several threads would add numbers in the order in which they end.
+        return self._run(load(name), levels, parameters, threads=1)
 
     def query_sound(self, name: str) -> pa.Table:
         """Run sql/<name>.sql over all that is sound, whatever else there is: for lists of what there is."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from plancurate.tasks.report import figures, selection_tables, tables
+from plancurate.tasks.report import figures, measured_figures, selection_tables, tables
 from plancurate.tasks.report.contents import Report, Section, Table
 from plancurate.tasks.report.setup import setup
 from plancurate.tasks.report.source import Source
@@ -36,7 +36,7 @@ def build_report(results: StudyResults) -> Report:
         reasons(headline),
         *(agreement(displaced) if displaced else []),
     ]
-    verdict = [sentence for found in verdicts(results) for sentence in found.sentences]
+    verdict = [sentence for one in verdicts(results) for sentence in one.sentences]
     return Report(results.study.name, verdict, overview(results), sections, setup(results))
 
 
@@ -78,7 +78,7 @@ def displaced_targets(source: Source) -> list[Section]:
             "quality",
             "Quality of the rollouts",
             "A rollout is one run of a policy towards one test target.",
-            [figures.quality_bars(source), figures.quality_forest(source)],
+            [measured_figures.quality_bars(source), measured_figures.quality_forest(source)],
             [tables.quality_table(source)],
         ),
     ]
@@ -92,14 +92,16 @@ def selections(source: Source) -> Section:
         selection_tables.planners_table(source),
         selection_tables.pool_table(source),
     ]
-    return Section("selections", "The selections", "", [figures.time_forest(source)], shown)
+    return Section("selections", "The selections", "", [measured_figures.time_forest(source)], shown)
 
 
 def reasons(source: Source) -> Section:
     """Why selections do well or badly."""
     below = selection_tables.below_random_table(source)
     text = "A policy that is shown two ways to one place learns neither."
-    return Section("reasons", "Reasons", text, [figures.ways_figure(source)], [below] if below.rows else [])
+    return Section(
+        "reasons", "Reasons", text, [measured_figures.ways_figure(source)], [below] if below.rows else []
+    )
 
 
 def agreement(source: Source) -> Iterator[Section]:

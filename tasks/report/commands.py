@@ -24,7 +24,7 @@ class Query:
         """The query on one line, its values written out. For people to run; we bind them."""
         lines = (line.split("--", 1)[0] for line in load(self.name).splitlines())
         text = " ".join(" ".join(lines).split()).rstrip(";")
-        return _PARAMETER.sub(lambda found: literal(self.parameters[found[1]]), text)
+        return _PARAMETER.sub(lambda match: literal(self.parameters[match[1]]), text)
 
     @property
     def command(self) -> str:

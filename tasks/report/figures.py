@@ -1,4 +1,4 @@
-"""Figures 2 to 5 and A1 to A3 of the publication, success over budgets, scenes and ways."""
+"""Figures 2, 4, 5 and A1 of the publication, about success, and success over budgets and scenes."""
 
 from __future__ import annotations
 
@@ -7,28 +7,22 @@ from collections.abc import Sequence
 from plancurate.tasks.report.charts import (
     Mark,
     Panel,
-    Point,
     bars,
     forest,
     heat_map,
-    scatter,
     small_curves,
 )
 from plancurate.tasks.report.contents import Figure
 from plancurate.tasks.report.source import Source
-from plancurate.tasks.report.tables import MEASURES
-from plancurate.tasks.study import text
 from plancurate.tasks.study.against import BASELINE
 from plancurate.tasks.study.published import published_results
-from plancurate.tasks.study.rows import ALL_SCENES, DistanceRow, Mean, QualityRow, SummaryRow
-from plancurate.tasks.study.selection_results import way_correlation
+from plancurate.tasks.study.rows import ALL_SCENES, DistanceRow
 
 SUCCESS = "success, %"
 OURS, GENERAL = ("ours", "this study"), ("base", "General: everything is kept")
 INTERVAL, PUBLISHED = ("interval", "95 % interval"), ("published", "the publication")
 GENERAL_LINE, PUBLISHED_LINE = ("base-line", "General"), ("published-line", "the publication")
 LEGEND = (OURS, GENERAL, INTERVAL, PUBLISHED)
-WAYS = "Success by the way that the kept trajectories go"
 
 
 def success_bars(source: Source) -> Figure:
@@ -68,44 +62,11 @@ def scene_map(source: Source) -> Figure | None:
     rows = source.tests.summaries
     names = list(dict.fromkeys(row.name for row in rows))
     columns = list(
-        dict.fromkeys(_place(row) for row in sorted(rows, key=lambda row: row.scene == ALL_SCENES))
+        dict.fromkeys(row.group_title for row in sorted(rows, key=lambda row: row.scene == ALL_SCENES))
     )
-    shares = {(row.name, _place(row)): row.success_rate for row in rows}
+    shares = {(row.name, row.group_title): row.success_rate for row in rows}
     drawing = heat_map(title, names, columns, shares)
     return Figure(f"figure_scenes_{source.kind}", title, "In percent; darker is better.", [(title, drawing)])
-
-
-def quality_bars(source: Source) -> Figure:
-    """Figure 3: final distance, path length and joint movement by selector."""
-    title = "Figure 3. How the rollouts went"
-    pictures = [
-        (words, bars(f"{title}: {words}", words, quality_marks(source, name), text.decimals))
-        for name, words in MEASURES.items()
-    ]
-    note = (
-        f"{source.figure_note(source.tests.quality)} Means over all tests; stars: Welch's test, as published."
-    )
-    return Figure("figure_3", title, note, pictures, LEGEND)
-
-
-def quality_forest(source: Source) -> Figure:
-    """Figure A2: the same against General's, on logarithmic scales."""
-    title = "Figure A2. Rollouts against General"
-    pictures = [
-        (
-            words,
-            forest(
-                f"{title}: {words}",
-                f"{words} (logarithmic)",
-                quality_marks(source, name),
-                text.decimals,
-                logarithmic=True,
-            ),
-        )
-        for name, words in MEASURES.items()
-    ]
-    note = source.figure_note(source.tests.quality)
-    return Figure("figure_a2", title, note, pictures, (*LEGEND, GENERAL_LINE))
 
 
 def policy_map(source: Source) -> Figure:
@@ -142,25 +103,6 @@ def distance_curves(source: Source) -> Figure:
     return Figure("figure_5", title, note, pictures, (OURS, GENERAL_LINE, PUBLISHED_LINE), small=True)
 
 
-def time_forest(source: Source) -> Figure:
-    """Figure A3: selection time."""
-    title = "Figure A3. Selection time"
-    marks = [
-        Mark(
-            row.selector,
-            row.total,
-            row.interval.low if row.interval else None,
-            row.interval.high if row.interval else None,
-            published=row.published,
-            base=row.selector == BASELINE,
-        )
-        for row in source.figure_rows(source.results.times)
-    ]
-    drawing = forest(title, "selection time, s (logarithmic)", marks, text.seconds, logarithmic=True)
-    note = f"{source.figure_note(source.results.times)} Intervals are over selection seeds, where there are several."
-    return Figure("figure_a3", title, note, [(title, drawing)], (*LEGEND, GENERAL_LINE))
-
-
 def budget_curves(source: Source) -> Figure | None:
     """Success over budgets, a picture for each selector; nothing for a single budget."""
     rows = [row for row in source.tests.summaries if row.group == source.groups[0]]
@@ -180,34 +122,6 @@ def budget_curves(source: Source) -> Figure | None:
     return Figure("figure_budgets", title, note, pictures, (OURS, GENERAL_LINE), small=True)
 
 
-def ways_figure(source: Source) -> Figure:
-    """A point for each selection: success against the share that goes the shortest way."""
-    covered = {row.cell: row for row in source.results.coverage}
-    points = [
-        Point(
-            covered[row.cell].shortest_way,
-            row.success_rate,
-            "base"
-            if row.selector == BASELINE
-            else "published"
-            if covered[row.cell].targets_without
-            else "ours",
-        )
-        for row in source.tests.summaries
-        if row.cell in covered
-    ]
-    drawing = scatter(WAYS, "take the shortest way of their target, %", "success, %", points)
-    legend = [("ours", "a selection"), ("base", "General"), ("published", "leaves targets without data")]
-    note = (
-        "Across are the percent of a selection's trajectories that end in the goal configuration of their target's "
-        "shortest candidate. Where it is far from 100, the same observation comes with different actions."
-    )
-    found = way_correlation(source.tests.summaries, source.results.coverage)
-    if found:
-        note += f" Rank correlation over the {found[1]} selections that leave no target out: {found[0]:.2f}."
-    return Figure("figure_ways", WAYS, note, [("", drawing)], legend)
-
-
 def success_marks(source: Source) -> list[Mark]:
     """A mark for each selection: success, interval, the publication's, stars."""
     return [
@@ -222,28 +136,6 @@ def success_marks(source: Source) -> list[Mark]:
         )
         for row in source.figure_rows(source.tests.summaries)
     ]
-
-
-def quality_marks(source: Source, name: str) -> list[Mark]:
-    """A mark for each selection: a measure's mean, interval, the publication's, stars."""
-    rows: list[QualityRow] = source.figure_rows(source.tests.quality)
-    means: list[tuple[str, Mean]] = [(row.selector, getattr(row, name)) for row in rows]
-    return [
-        Mark(
-            selector,
-            mean.value,
-            mean.interval.low,
-            mean.interval.high,
-            mean.published,
-            text.plain_stars(mean.welch_test),
-            selector == BASELINE,
-        )
-        for selector, mean in means
-    ]
-
-
-def _place(row: SummaryRow) -> str:
-    return f"{row.scene} {row.pool_label}".strip()
 
 
 def _curves(rows: Sequence[DistanceRow]) -> dict[str, dict[int, float]]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from plancurate.tasks.curation.selectors.base import STAGES
+from plancurate.tasks.curation.names import STAGES
 from plancurate.tasks.report.contents import Table
 from plancurate.tasks.report.source import Source
 from plancurate.tasks.study import text
-from plancurate.tasks.study.rows import (
+from plancurate.tasks.study.selection_rows import (
     AgreementRow,
     BelowRandomRow,
     CoverageRow,
@@ -74,7 +74,7 @@ def planners_table(source: Source) -> Table[PlannerRow]:
         title="Whose trajectories the selections keep",
         note="Share of each planner in percent of what the selection keeps.",
         rows=rows,
-        headers=("planner", *(", ".join([*source.place(row), row.name]) for row in columns.values())),
+        headers=("planner", *(", ".join([*source.group_cells(row), row.name]) for row in columns.values())),
         cells=[
             [planner, *(text.percent(shares.get((planner, cell))) for cell in columns)]
             for planner in sorted({row.planner for row in rows})

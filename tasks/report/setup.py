@@ -28,7 +28,7 @@ def setup(results: StudyResults) -> dict[str, Any]:
         "pools": {f"{pool.scene} {pool.pool_label}".strip(): pool.pool for pool in study.pools},
         "pool_hash": ", ".join(results.pool_hashes),
         "seeds": seeds(study.config),
-        "seconds_of_work": {stage: round(found, 3) for stage, found in results.seconds.items()},
+        "seconds_of_work": {stage: round(spent, 3) for stage, spent in results.seconds.items()},
         "versions_of_the_study": {"plancurate": study.package_version, "ompl": study.ompl_version},
         "versions_of_this_report": versions(),
         "machine_of_this_report": machine(),

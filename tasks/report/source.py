@@ -50,9 +50,9 @@ class Source:
 
     def heads(self, row: Row) -> list[str]:
         """Cells of those columns."""
-        return [*self.place(row), row.selector, text.budget(row.budget)]
+        return [*self.group_cells(row), row.selector, text.budget(row.budget)]
 
-    def place(self, row: Row) -> list[str]:
+    def group_cells(self, row: Row) -> list[str]:
         """Scene and pool label of a row, where a study has several."""
         return [*([row.scene] if self._scenes else []), *([row.pool_label] if self._labels else [])]
 
@@ -69,10 +69,10 @@ class Source:
     def figure_note(self, rows: Sequence[Row]) -> str:
         """What `figure_rows` leaves out, in words."""
         shown = self.figure_rows(rows)
-        place = f"{text.group(shown[0]).capitalize()}." if shown and len(self.groups) > 1 else ""
+        scene = f"{text.group(shown[0]).capitalize()}." if shown and len(self.groups) > 1 else ""
         budgets = {row.budget for row in rows if row.budget is not None}
         budget = f"Selections of the largest budget, k = {max(budgets)}." if len(budgets) > 1 else ""
-        return f"{place} {budget}".strip()
+        return f"{scene} {budget}".strip()
 
     @cached_property
     def _scenes(self) -> bool:

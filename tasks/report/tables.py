@@ -51,7 +51,7 @@ def success_table(source: Source) -> Table[SummaryRow]:
             [*source.heads(row), str(row.n), text.percent(row.success_rate),
              *(() if fresh else (text.percent(row.published),)), text.percents(row.interval),
              f"{row.selection_seeds} x {row.training_seeds} x {row.tests}",
-             place(row), *gain_cells(row.gain), text.percent(row.settled_rate), text.percents(row.settled_interval),
+             standing(row), *gain_cells(row.gain), text.percent(row.settled_rate), text.percents(row.settled_interval),
              text.percents(row.wilson), *plain_cells(row.gain.z_test if row.gain else None)]
             for row in rows
         ],
@@ -113,7 +113,7 @@ def quality_table(source: Source) -> Table[QualityRow]:
     )  # fmt: skip
 
 
-def place(row: SummaryRow) -> str:
+def standing(row: SummaryRow) -> str:
     """Whether a selection is the best of its scene, or ties with the best."""
     if not row.best:
         return ""

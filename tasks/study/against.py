@@ -53,10 +53,11 @@ def gains(
         z_test = two_proportion_test(outcomes(row), outcomes(base))
         return value, paired_difference(counts(row), counts(base)), z_test
 
-    found = against_base(rows, compare, part)
-    adjusted = holm_by_scene(rows, [None if one is None else one[1].test.p for one in found])
+    compared = against_base(rows, compare, part)
+    adjusted = holm_by_scene(rows, [None if one is None else one[1].test.p for one in compared])
     return [
-        None if one is None or p is None else _gain(*one, p) for one, p in zip(found, adjusted, strict=True)
+        None if one is None or p is None else _gain(*one, p)
+        for one, p in zip(compared, adjusted, strict=True)
     ]
 
 
@@ -109,7 +110,7 @@ def plain_test(test: Test) -> PlainTest:
     return PlainTest(test.statistic, test.p, test.stars)
 
 
-def _gain(value: float, found: Estimate, z_test: Test, holm_p: float) -> Gain:
-    test = found.test
+def _gain(value: float, estimate: Estimate, z_test: Test, holm_p: float) -> Gain:
+    test = estimate.test
     stars = Test(test.statistic, holm_p).stars
-    return Gain(value, found.error, found.interval(1.0), test.p, holm_p, stars, plain_test(z_test))
+    return Gain(value, estimate.error, estimate.interval(1.0), test.p, holm_p, stars, plain_test(z_test))

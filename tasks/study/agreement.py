@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from plancurate.tasks.study.against import BASELINE, SURE
 from plancurate.tasks.study.published import PublishedResult
-from plancurate.tasks.study.rows import AgreementRow, Gain, SummaryRow
+from plancurate.tasks.study.rows import Gain, SummaryRow
+from plancurate.tasks.study.selection_rows import AgreementRow
 from plancurate.tasks.study.statistics import Estimate, effect_difference, two_proportion_test
 
 

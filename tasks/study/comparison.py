@@ -94,9 +94,9 @@ def compare_studies(lake: Lake, a: str, b: str, kind: Kind = "displaced") -> Stu
 
 def recorded_setup(lake: Lake, study: str) -> dict[str, Any]:
     """A study's configuration and the versions it ran with, by field path."""
-    found = recorded_study(lake, study)
-    versions = {"package_version": found.package_version, "ompl_version": found.ompl_version}
-    return flattened({**found.config, **versions})
+    record = recorded_study(lake, study)
+    versions = {"package_version": record.package_version, "ompl_version": record.ompl_version}
+    return flattened({**record.config, **versions})
 
 
 def flattened(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

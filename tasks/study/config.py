@@ -168,8 +168,13 @@ def load_config(preset: str, file: Path | None, options: dict[str, Any]) -> Stud
         return StudyConfig.model_validate(values)
     except ValidationError as error:
         field = field_of(error)
-        source = f"--{field.replace('_', '-')}" if holds(options, field) else f"{file or preset}: {field}"
+        source = option_of(field) if holds(options, field) else f"{file or preset}: {field}"
         raise PlancurateError(first_problem(source, error, StudyConfig)) from None
+
+
+def option_of(field: str) -> str:
+    """Return the option that gives a dotted field, or the list that it is an item of."""
+    return "--" + ".".join(part.replace("_", "-") for part in field.split(".") if not part.isdigit())
 
 
 def holds(values: dict[str, Any], field: str) -> bool:

@@ -18,6 +18,7 @@ from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning import rollouts, train
+from plancurate.tasks.learning.observations import find_term
 from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.identity import digest
@@ -91,6 +92,7 @@ class StudyContext:
             "planners": sorted(self.sources),
             "selectors": [[c.selector.origin, c.selector.revision] for c in config.selectors],
             "policies": [kind_of(name).revision for name in config.policies],
+            "observation": [find_term(name).revision for name in config.training.observation],
             "stages": [train.REVISION, rollouts.REVISION],
         }
         return digest(content, 8)

@@ -35,11 +35,11 @@ def mean_interval(values: Sequence[float] | Moments, confidence: float = CONFIDE
     """Student's t interval of a mean; unbounded for a single value, ValueError for none."""
     from scipy import stats  # most of a second, which no --help needs
 
-    found = values if isinstance(values, Moments) else moments(values)
-    if found.std is None:
+    given = values if isinstance(values, Moments) else moments(values)
+    if given.std is None:
         return Interval(-math.inf, math.inf)
-    half = float(stats.t.ppf((1 + confidence) / 2, found.n - 1)) * found.std / math.sqrt(found.n)
-    return Interval(found.mean - half, found.mean + half)
+    half = float(stats.t.ppf((1 + confidence) / 2, given.n - 1)) * given.std / math.sqrt(given.n)
+    return Interval(given.mean - half, given.mean + half)
 
 
 def welch_test(values: Sequence[float] | Moments, base: Sequence[float] | Moments) -> Test:

@@ -16,6 +16,7 @@ from plancurate.tasks.curation.pool import FloatArray, load_waypoints, waypoint_
 from plancurate.tasks.curation.selectors.selection import Selection
 from plancurate.tasks.learning import train
 from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
+from plancurate.tasks.learning.observations import find_term
 from plancurate.tasks.learning.policies import TrainedPolicy, load_policy
 from plancurate.tasks.study.context import StudyContext
 from plancurate.tasks.study.identity import digest
@@ -50,7 +51,8 @@ def network_id(study: StudyContext, selection_id: str, policy: str, seed: int) -
     training = study.config.training
     kind = training.policy(policy)
     settings = training.model_dump(mode="json", exclude={"device", "size", "policies"})
-    revisions = [kind.revision, train.REVISION]
+    terms = [find_term(name).revision for name in training.observation]
+    revisions = [kind.revision, train.REVISION, terms]
     content = [selection_id, seed, kind.model_dump(mode="json"), settings, revisions]
     return f"{policy}-s{seed}-{digest(content)}"
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from plancurate.tasks.lake.store import Lake
-from plancurate.tasks.study.rows import PoolRow
+from plancurate.tasks.study.selection_rows import PoolRow
 
 DEGENERATE = 1 / 3
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.pools import study_pools
-from plancurate.tasks.study.rows import BelowRandomRow, CoverageRow, PlannerRow, PoolRow, ResultRow, TimeRow
+from plancurate.tasks.study.rows import ResultRow
 from plancurate.tasks.study.selection_results import (
     below_random_rows,
     coverage_rows,
     planner_rows,
     time_rows,
 )
+from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow, PoolRow, TimeRow
 from plancurate.tasks.study.studies import Study, recorded_study
 from plancurate.tasks.study.trial_results import Kind, KindResults, in_order, kind_results, network_rows
 
@@ -54,7 +55,7 @@ class StudyResults:
 def study_results(lake: Lake, study: str) -> StudyResults:
     """Compute every result of a study, by its identifier; PlancurateError when it has no trials yet."""
     record = recorded_study(lake, study)
-    tests = {kind: found for kind in KINDS if (found := kind_results(lake, study, kind)).networks}
+    tests = {kind: one for kind in KINDS if (one := kind_results(lake, study, kind)).networks}
     if not tests:
         raise PlancurateError(f"study {study}: nothing is tested yet; run the study to its end")
     summaries = next(iter(tests.values())).summaries
@@ -72,7 +73,7 @@ def study_results(lake: Lake, study: str) -> StudyResults:
         planners=in_order(planner_rows(planners), summaries),
         below_random=below_random_rows(summaries, covered),
         pool_hashes=sorted({row["pool_hash"] for row in times}),
-        seconds={stage: found or 0.0 for stage, found in seconds.items()},
+        seconds={stage: spent or 0.0 for stage, spent in seconds.items()},
     )
 
 

@@ -6,18 +6,12 @@ from collections import defaultdict
 from collections.abc import Sequence
 from statistics import fmean
 
-from plancurate.tasks.curation.selectors.base import STAGES
+from plancurate.tasks.curation.names import STAGES
 from plancurate.tasks.study.against import SqlRow, cell
 from plancurate.tasks.study.means import mean_interval, moments
 from plancurate.tasks.study.published import published_results
-from plancurate.tasks.study.rows import (
-    BelowRandomRow,
-    Cell,
-    CoverageRow,
-    PlannerRow,
-    SummaryRow,
-    TimeRow,
-)
+from plancurate.tasks.study.rows import Cell, SummaryRow
+from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow, TimeRow
 
 CONTROL = "Random"
 PUBLISHED_ELSEWHERE = ("BehaviorRetrieval", "SCIZOR", "CUPID")

@@ -7,9 +7,10 @@ from functools import lru_cache
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.curation.curate import curate, wanted_id
+from plancurate.tasks.curation.names import label
 from plancurate.tasks.curation.pool import Pool, load_pool
 from plancurate.tasks.curation.selector_choice import SelectorChoice
-from plancurate.tasks.curation.selectors.selection import Selection, label
+from plancurate.tasks.curation.selectors.selection import Selection
 from plancurate.tasks.study.context import PoolContext, StudyContext
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from plancurate.tasks.study.rows import ALL_SCENES, Mean, PlainTest, PoolRow, Row
+from plancurate.tasks.study.rows import ALL_SCENES, Mean, PlainTest, Row
+from plancurate.tasks.study.selection_rows import PoolRow
 from plancurate.tasks.study.statistics import Interval
 
 NOTHING = "\N{EN DASH}"

@@ -23,7 +23,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from plancurate.errors import PlancurateError
+from plancurate.tasks.curation.names import label
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study import text
 from plancurate.tasks.study.artifact_roots import adopt_artifacts
 
 if TYPE_CHECKING:
@@ -89,7 +91,7 @@ class ChildRun:
     @property
     def selection(self) -> str:
         """The selection's name: selector and budget."""
-        return self.selector if self.budget is None else f"{self.selector} k={self.budget}"
+        return label(self.selector, self.budget)
 
     @property
     def name(self) -> str:
@@ -145,7 +147,7 @@ def log_child(study: StudyRun, child: ChildRun) -> str | None:
     client = _client(study.uri)
     facets = {
         "selector": child.selector,
-        "budget": "all" if child.budget is None else str(child.budget),
+        "budget": text.budget(child.budget),
         "policy": child.policy,
         "seed": str(child.seed),
     }

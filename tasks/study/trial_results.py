@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
 from plancurate.tasks.lake.store import Lake
-from plancurate.tasks.study.against import SqlRow, cell, gains, moments_of, ties, welch_tests
+from plancurate.tasks.study.against import SqlRow, cell, moments_of, welch_tests
 from plancurate.tasks.study.agreement import agreement_rows
-from plancurate.tasks.study.bootstrap import Counts, rate_interval
 from plancurate.tasks.study.means import mean_interval
-from plancurate.tasks.study.published import PublishedResult, published_results
+from plancurate.tasks.study.published import published_results
 from plancurate.tasks.study.rows import (
-    ALL_SCENES,
-    AgreementRow,
-    Cell,
     DistanceRow,
     Mean,
     PolicyRow,
@@ -24,11 +20,12 @@ from plancurate.tasks.study.rows import (
     Row,
     SummaryRow,
 )
+from plancurate.tasks.study.selection_rows import AgreementRow
 from plancurate.tasks.study.statistics import wilson_interval
-from plancurate.tasks.study.trials import Bootstrap, Drawn, network_trials
+from plancurate.tasks.study.success_results import Published, distance_rows, policy_rows, summary_rows
+from plancurate.tasks.study.trials import Bootstrap, network_trials
 
 Kind = Literal["displaced", "unseen"]
-Published = Mapping[str, PublishedResult]
 MEASURES = ("final_distance", "settled_distance", "path_length", "joint_movement")
 RowT = TypeVar("RowT", bound=Row)
 
@@ -90,93 +87,6 @@ def result_row(row: SqlRow) -> ResultRow:
         settled_ci_low=settled.low,
         settled_ci_high=settled.high,
     )
-
-
-def summary_rows(
-    rows: Sequence[SqlRow],
-    drawn: Mapping[Cell, Drawn],
-    settled: Mapping[Cell, Drawn],
-    published: Published,
-) -> list[SummaryRow]:
-    """Each selection over all policies and seeds, by scene (all scenes first), best success rate first."""
-    rows = sorted(rows, key=lambda row: row["scene"] != ALL_SCENES)  # the query's order within
-    counts = {key: found.counts for key, found in drawn.items()}
-    best = ties(rows, lambda row: counts[cell(row)])
-    against = gains(rows, lambda row: counts[cell(row)])
-    return [
-        SummaryRow(
-            **{name: value for name, value in row.items() if name != "settled"},
-            success_rate=row["successes"] / row["n"],
-            interval=rate_interval(counts[cell(row)]),
-            interval_over=drawn[cell(row)].over,
-            wilson=wilson_interval(row["successes"], row["n"]),
-            settled_rate=row["settled"] / row["n"],
-            settled_interval=rate_interval(settled[cell(row)].counts),
-            gain=gain,
-            published=known.success.rate if (known := published.get(row["selector"])) else None,
-            rank=rank(row, rows),
-            best=cell(row) in best,
-        )
-        for row, gain in zip(rows, against, strict=True)
-    ]
-
-
-def rank(row: SqlRow, rows: Sequence[SqlRow]) -> int:
-    """1 plus the number of selections in the same scene whose success rate is higher."""
-    group = [one for one in rows if (one["scene"], one["pool_label"]) == (row["scene"], row["pool_label"])]
-    return 1 + len([one for one in group if one["successes"] * row["n"] > row["successes"] * one["n"]])
-
-
-def policy_rows(rows: Sequence[SqlRow], drawn: Mapping[Cell, Drawn], published: Published) -> list[PolicyRow]:
-    """Each policy on each selection."""
-
-    def counts(row: SqlRow) -> Counts:
-        return drawn[cell(row)].by_policy[row["policy"]]
-
-    def known(row: SqlRow) -> float | None:
-        found = published[row["selector"]].by_policy if row["selector"] in published else {}
-        return found[row["policy"]].rate if row["policy"] in found else None
-
-    return [
-        PolicyRow(
-            *cell(row),
-            policy=row["policy"],
-            n=row["n"],
-            successes=row["successes"],
-            success_rate=row["successes"] / row["n"],
-            interval=rate_interval(counts(row)),
-            gain=gain,
-            published=known(row),
-        )
-        for row, gain in zip(rows, gains(rows, counts, "policy"), strict=True)
-    ]
-
-
-def distance_rows(
-    rows: Sequence[SqlRow], drawn: Mapping[tuple[Cell, int], Counts], published: Published
-) -> list[DistanceRow]:
-    """Each selection at each distance of the tested from the trained target."""
-
-    def counts(row: SqlRow) -> Counts:
-        return drawn[cell(row), row["distance_cm"]]
-
-    def known(row: SqlRow) -> float | None:
-        found = published[row["selector"]].by_distance if row["selector"] in published else {}
-        return found[row["distance_cm"]].rate if row["distance_cm"] in found else None
-
-    return [
-        DistanceRow(
-            *cell(row),
-            distance_cm=row["distance_cm"],
-            n=row["n"],
-            successes=row["successes"],
-            success_rate=row["successes"] / row["n"],
-            interval=rate_interval(counts(row)),
-            gain=gain,
-            published=known(row),
-        )
-        for row, gain in zip(rows, gains(rows, counts, "distance_cm"), strict=True)
-    ]
 
 
 def quality_rows(rows: Sequence[SqlRow], published: Published) -> list[QualityRow]:

@@ -124,11 +124,11 @@ class Bootstrap:
         }
 
 
-def _totals(found: Mapping[Cell, Drawn], groups: Sequence[tuple[str, str]]) -> dict[Cell, Drawn]:
+def _totals(drawn: Mapping[Cell, Drawn], groups: Sequence[tuple[str, str]]) -> dict[Cell, Drawn]:
     totals = {}
-    for cell in found:
+    for cell in drawn:
         scenes = [scene for scene, pool_label in groups if pool_label == cell.pool_label]
-        parts = [found.get(cell._replace(scene=scene)) for scene in scenes]
+        parts = [drawn.get(cell._replace(scene=scene)) for scene in scenes]
         complete = [part for part in parts if part is not None]
         if len(scenes) > 1 and len(complete) == len(scenes):
             totals[cell._replace(scene=ALL_SCENES)] = _summed(complete)

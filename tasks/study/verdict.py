@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from plancurate.tasks.study import text
 from plancurate.tasks.study.against import BASELINE, SURE
 from plancurate.tasks.study.results import StudyResults
-from plancurate.tasks.study.rows import ALL_SCENES, PoolRow, SummaryRow
+from plancurate.tasks.study.rows import ALL_SCENES, SummaryRow
+from plancurate.tasks.study.selection_rows import PoolRow
 
 TESTS = {
     "unseen": "tests at targets that no policy was trained on",

@@ -42,7 +42,17 @@ def curate(
 ) -> Selection:
     choice = SelectorChoice(name=name, **(params or {}))
     return steps.curate(
-        lake, pool, study, choice, budget, seed, robot=ROBOT, scene=SCENE, metadata={}, clock=clock
+        lake,
+        pool,
+        study,
+        choice,
+        budget,
+        seed,
+        robot=ROBOT,
+        scene=SCENE,
+        learning=LEARNING,
+        metadata={},
+        clock=clock,
     )
 
 
@@ -138,7 +148,7 @@ def test_general_keeps_all_whatever_the_budget(small_lake: Lake) -> None:
             "KMeans",
             1,
             {"scaling": "raw"},
-            r"parameter scaling = 'raw': Extra inputs .*\(parameters: n_init\)",
+            r"parameter scaling: unknown field 'scaling': .*\(parameters: n_init\)",
         ),
         ("DBSCAN", 1, {"min_samples": 7}, "every candidate is noise"),
     ],

@@ -9,7 +9,10 @@ import pytest
 import yaml
 
 import plancurate.robots
+from plancurate.errors import PlancurateError
 from plancurate.flows.cli.app import main
+from plancurate.flows.cli.fields import leaves
+from plancurate.tasks.study.config import StudyConfig, load_config
 
 from ..homes import UNCONFIGURED, NewHome
 from .conftest import Command, Studied
@@ -60,12 +63,111 @@ def test_an_unknown_option_is_answered_with_the_nearest(capsys: pytest.CaptureFi
     assert "--planners" in complaint(capsys, "generate", "--planer", "RRT")
 
 
-def test_a_field_that_is_wrong_in_a_file_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+HUGE = str(10**30)
+
+
+@pytest.mark.parametrize(
+    ("words", "hints"),
+    [
+        (["--targets", "0"], ["--n-targets = '0'", "greater than or equal to 1"]),
+        (["--targets", "1.5"], ["--n-targets = '1.5'", "valid integer"]),
+        (["--workers", "-3"], ["--workers = '-3'"]),
+        (["--seeds", "0", HUGE], [f"--seeds = '{HUGE}'", "2147483647"]),
+        (["--budgets", HUGE], ["--budgets", "2147483647"]),
+        (["--candidates.verify.hold_s", "1e308"], ["--candidates.verify.hold-s = '1e308'", "2147483647"]),
+        (["--candidates.plan.run", "3"], ["--candidates.plan.run", "did you mean runs"]),
+        (["--candidates.plan", "3"], ["--candidates.plan = '3'", "dictionary"]),
+        (["--pools.raw.plan.runs", "0"], ["pools.raw.plan.runs = '0'", "greater than 0"]),
+        (["--pools.raw.plan.run", "1"], ["pools.raw.plan.run", "did you mean runs"]),
+        (["--pools", "raw"], ["--pools = 'raw'", "dictionary"]),
+        (["--selectors", "{nam: KMeans}"], ["--selectors.name", "required"]),
+        (["--selectors", "{name: KMeans: 3}"], ["{name: KMeans: 3}", "not valid YAML"]),
+        (["--selectors", "[" * 3000], ["nests too deep"]),
+        (["--selectors", "KMeans", "KMeans"], ["--selectors", "twice"]),
+        (["--planners", "RRT", "RRT"], ["--planners", "twice"]),
+        (["--planners"], ["--planners", "at least 1"]),
+        (["--scene", "free", "free"], ["--scenes", "twice"]),
+        (["--seeds", "1", "1"], ["--seeds", "twice"]),
+        (["--name", "a/b"], ["--name = 'a/b'", "pattern"]),
+        (["--name", "x" * 300], ["--name", "at most 100"]),
+        (["--robot", "x" * 300], ["File name too long"]),
+        (["--workers", "2", "--workers", "3"], ["--workers", "multiple times"]),
+    ],
+)
+def test_a_wrong_option_is_named_with_what_would_be_right(
+    words: list[str], hints: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = complaint(capsys, "generate", *words, "--home", str(tmp_path / "home"))
+    assert [hint for hint in hints if hint not in line] == []
+    assert len(line) < 500
+    assert not (tmp_path / "home").exists()
+
+
+NUMBERS = [
+    name for name, value, _ in leaves(StudyConfig()) if type(value) in (int, float) or name.endswith("_m")
+]
+
+
+@pytest.mark.parametrize("field", NUMBERS)
+def test_no_number_may_be_infinite_or_absurdly_large(field: str) -> None:
+    *sections, name = field.split(".")
+    for number in ("inf", "-inf", "nan", "1e308", HUGE, f"-{HUGE}"):
+        values: dict[str, object] = {name: number}
+        for section in reversed(sections):
+            values = {section: values}
+        with pytest.raises(PlancurateError, match=f"^--{field.replace('_', '-')} = '{number}': "):
+            load_config("quick", None, values)
+
+
+@pytest.mark.parametrize(
+    ("content", "hints"),
+    [
+        (b"training: {steps: -5}", ["training.steps = -5", "greater than or equal to 1"]),
+        (b"n_target: 3", ["n_target", "did you mean n_targets"]),
+        (b"candidates: {plan: {run: 3}}", ["candidates.plan.run", "did you mean runs"]),
+        (b"candidates: {plan: {seconds: .inf}}", ["candidates.plan.seconds = inf", "2147483647"]),
+        (b"candidates: {plan: {seconds: 1.0e+308}}", ["candidates.plan.seconds = 1e+308", "2147483647"]),
+        (b"unseen: " + HUGE.encode(), ["unseen", HUGE]),
+        (b"unseen: " + b"9" * 5000, ["not valid YAML"]),
+        (b"candidates: null", ["candidates = None", "dictionary"]),
+        (b"name: one\nseeds: [1]\nname: two", ["'name' is given twice", "line 3"]),
+        (b"name: Caf\xe9", ["not UTF-8", "byte 9"]),
+        (b"[" * 5000, ["nests too deep"]),
+        (b"seeds: [1", ["not valid YAML"]),
+        (b"seeds: 2024-13-45", ["not valid YAML"]),
+        (b"- 1", ["holds a list", "mapping"]),
+        (b"", ["holds nothing", "mapping"]),
+    ],
+)
+def test_a_wrong_file_is_named_with_field_value_and_what_would_be_right(
+    content: bytes, hints: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     file = tmp_path / "mine.yaml"
-    file.write_text("training: {steps: -5}\n")
+    file.write_bytes(content)
     line = complaint(capsys, "generate", "--config", str(file), "--home", str(tmp_path / "home"))
-    assert "mine.yaml" in line
-    assert "training.steps = -5" in line
+    assert [hint for hint in ["mine.yaml", *hints] if hint not in line] == []
+    assert not (tmp_path / "home").exists()
+
+
+@pytest.mark.parametrize("name", ["", "missing.yaml"])
+def test_a_configuration_that_is_no_file_is_refused(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / name
+    assert str(file) in complaint(capsys, "generate", "--config", str(file), "--home", str(tmp_path / "home"))
+
+
+@pytest.mark.parametrize("home", ["file", "file/below", "/proc/home", "~nobody-has-this-name/home"])
+def test_a_home_that_cannot_be_one_is_refused(
+    home: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").touch()
+    place = home if home.startswith("~") else str(tmp_path / home)
+    for words in (
+        ["generate"], ["study"], ["sql", "SELECT 1"], ["report", "--study", "quick"], ["compare", "a", "b"],
+    ):  # fmt: skip
+        assert place in complaint(capsys, *words, "--home", place)
+    assert (tmp_path / "file").read_bytes() == b""
 
 
 def robot_folder(folder: Path) -> Path:
@@ -100,6 +202,13 @@ def test_a_start_in_collision_is_refused(tmp_path: Path, capsys: pytest.CaptureF
     )
     assert "home" in line
     assert "blocked" in line
+
+
+def test_a_scene_of_absurd_size_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    box = {"name": "block", "kind": "box", "xyz": [5.0, 0, 1.0], "size": [1e308, 0.3, 0.3]}
+    scene = scene_file(tmp_path / "vast.yaml", ground=0.0, margin=0.005, shapes=[box])
+    line = complaint(capsys, "generate", "--scene", scene, "--home", str(tmp_path / "home"))
+    assert "vast.yaml: shapes.0.box.size.0 = 1e+308" in line
 
 
 def test_targets_that_nothing_can_reach_are_reported(

@@ -18,7 +18,7 @@ from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import open_study
 from plancurate.tasks.study.evaluations import study_tests
 from plancurate.tasks.study.networks import selected_demonstrations
-from plancurate.tasks.study.results import summary_rows
+from plancurate.tasks.study.results import study_results
 from plancurate.tasks.study.selections import study_selections
 
 study = open_study(load_config("smoke", None, {}), Home(Path(sys.argv[1])))
@@ -28,7 +28,7 @@ data = selected_demonstrations(study, wanted)
 settings = study.config.training.model_copy(update={"steps": 20})
 trained = train("BC_MLP", [data], [0], settings)
 trials = roll_out(trained, pool.robot, pool.scene, study_tests(study, pool), study.config.evaluation)
-rows = summary_rows(study.lake, study.study)
+rows = study_results(study.lake, study.study).headline.summaries
 print(len(data.lengths), trials[0].num_rows, len(rows))
 print("prefect" in sys.modules, "mlflow" in sys.modules)
 """

@@ -19,7 +19,7 @@ from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import open_study
 from plancurate.tasks.study.exclusive import exclusive
-from plancurate.tasks.study.results import REPORT_FIELDS
+from plancurate.tasks.study.rows import REPORT_FIELDS
 from plancurate.tasks.study.statistics import wilson_interval
 
 from ..homes import NewHome
@@ -32,10 +32,11 @@ def parts(home: Path) -> dict[str, int]:
     return {str(path): path.stat().st_mtime_ns for path in (home / "lake").rglob("part-*.parquet")}
 
 
-def test_a_study_ends_in_a_table_of_every_selector_and_the_best_three(smoke: Studied) -> None:
-    for selector in SMOKE.selectors:
+def test_a_study_ends_in_a_verdict_and_a_table_of_every_selector(smoke: Studied) -> None:
+    for selector in (choice.label for choice in SMOKE.selectors):
         assert selector in smoke.stdout
-    assert "\nbest    " in smoke.stdout
+    assert "General, which keeps every candidate" in " ".join(smoke.stdout.split())
+    assert "[95 % over targets only]" in smoke.stdout
     assert str(smoke.home / "reports" / "smoke") in smoke.stdout
     assert max(map(len, smoke.stdout.splitlines()[:-5])) <= 80
 
@@ -51,7 +52,7 @@ def test_a_report_has_a_row_for_every_selector_and_policy(smoke: Studied, plancu
     done = plancurate("report", "--study", "smoke", "--format", "json", "--home", str(smoke.home))
     rows = json.loads(done.stdout)
     found = {(row["selector"], row["policy"]) for row in rows}
-    assert found == {(s, p) for s in SMOKE.selectors for p in SMOKE.policies}
+    assert found == {(s, p) for s in (c.label for c in SMOKE.selectors) for p in SMOKE.policies}
     for row in rows:
         assert tuple(row) == REPORT_FIELDS
         assert row["n"] == 16 * SMOKE.n_targets
@@ -186,7 +187,7 @@ def test_a_study_leaves_a_page_whose_numbers_the_lake_gives_again(
 
     folder = smoke.home / "reports" / "smoke"
     text = (folder / "index.html").read_text()
-    for selector in SMOKE.selectors:
+    for selector in (choice.label for choice in SMOKE.selectors):
         assert selector in text
     assert (folder / "report.md").read_text().startswith("# Study smoke\n")
     first = json.loads((folder / "report.json").read_text())["tables"][0]

@@ -14,6 +14,7 @@ from plancurate import native
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots import Robot, load_robot, load_scene
 from plancurate.tasks.candidates.targets import Target
+from plancurate.tasks.lake.manifest import list_files
 from plancurate.tasks.learning.demonstrations import demonstrations
 from plancurate.tasks.learning.observations import layout, observe, state_at, term, term_names, width
 from plancurate.tasks.learning.policies import TrainedPolicy, load_policy
@@ -157,6 +158,7 @@ def test_a_stored_policy_with_a_term_that_is_not_installed_is_refused(robot: Rob
     description = json.loads(file.read_text())
     assert description["observation"] == [["target_offset", 3], ["joint_positions", 6]]
     file.write_text(json.dumps(description | {"observation": [["target_ofset", 3], ["joint_positions", 6]]}))
+    list_files(tmp_path, ("policy.json", "policy.safetensors"))
     with pytest.raises(UnknownNameError, match="unknown observation term 'target_ofset'"):
         term.find_term("target_ofset")
     with pytest.raises(
@@ -164,6 +166,7 @@ def test_a_stored_policy_with_a_term_that_is_not_installed_is_refused(robot: Rob
     ):
         load_policy(tmp_path)
     file.write_text(json.dumps(description | {"observation": [["target_offset", 3]]}))
+    list_files(tmp_path, ("policy.json", "policy.safetensors"))
     with pytest.raises(PlancurateError, match=r"has 9 numbers; the observation terms in policy.json give 3"):
         load_policy(tmp_path)
 

@@ -20,9 +20,12 @@ from plancurate.tasks.report.contents import Section, Table
 from plancurate.tasks.report.page import page
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.results import StudyResults, study_results
-from plancurate.tasks.study.rows import BelowRandomRow, CoverageRow, PlannerRow
 from plancurate.tasks.study.selection_results import reasons
+from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow
 from plancurate.tasks.study.text import percents
+
+from ..lakes import copied
+from ..studies import StudyMaker
 
 FREE = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 TABLE = {"robot": "h2017", "scene": "table", "pool": "3d4e5f"}
@@ -42,9 +45,8 @@ OUTCOMES = {
 SECONDS = {"prepare_s": 0.125, "cluster_s": 0.25, "select_s": 0.0005, "selection_time_s": 0.5}
 
 
-@pytest.fixture
-def study(maker: Any) -> str:
-    """Four selections, two policies, two seeds, four tests a network, and two fresh targets for General."""
+def made_study(maker: StudyMaker) -> str:
+    """Four selections, two policies, two seeds, four tests a network."""
     config = load_config("smoke", None, {"planners": ("RRT", "PRM"), "n_targets": 3, "seeds": (0, 1)})
     study = maker.record("tiny", "aaaaaaaa", config=config.model_dump_json())
     for (selector, budget), by_policy in OUTCOMES.items():
@@ -53,15 +55,29 @@ def study(maker: Any) -> str:
         for policy, by_seed in by_policy.items():
             for seed, outcomes in enumerate(by_seed):
                 maker.test(study, selector, budget, policy, outcomes, seed=seed)
-    return str(study)
+    return study
+
+
+@pytest.fixture(scope="module")
+def lake(small_lake_once: Lake, tmp_path_factory: pytest.TempPathFactory) -> Lake:
+    """A lake with the study, for tests that only read."""
+    lake = copied(small_lake_once, tmp_path_factory.mktemp("report"))
+    made_study(StudyMaker(lake))
+    return lake
+
+
+@pytest.fixture(scope="module")
+def results(lake: Lake) -> StudyResults:
+    return study_results(lake, "tiny-aaaaaaaa")
 
 
 @pytest.fixture
-def results(small_lake: Lake, study: str) -> StudyResults:
-    return study_results(small_lake, study)
+def study(maker: StudyMaker) -> str:
+    """The study in a lake to write into."""
+    return made_study(maker)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def report(results: StudyResults) -> Report:
     return build_report(results)
 
@@ -150,7 +166,7 @@ def test_table_a5_has_seconds_by_stage_and_the_publications(report: Report) -> N
     assert lines["General", "all"][-3:] == ["0", "18", none]
 
 
-def test_coverage_counts_targets_left_out_and_steps_learnt_from(report: Report, small_lake: Lake) -> None:
+def test_coverage_counts_targets_left_out_and_steps_learnt_from(report: Report, lake: Lake) -> None:
     rows: dict[Any, CoverageRow] = {(row.selector, row.budget): row for row in shown(report, "coverage").rows}
     assert rows["KMeans_Hybrid", 2] == CoverageRow(
         "free", "", "KMeans_Hybrid", 2, 1, 3, 16, 3, 1, 0, 1.0, 2, 3, 2, 3, 2 / 3, 1.0
@@ -158,7 +174,7 @@ def test_coverage_counts_targets_left_out_and_steps_learnt_from(report: Report, 
     assert rows["General", None] == CoverageRow(
         "free", "", "General", None, 1, 5, 16, 3, 0, 1, 2.0, 2, 5, 2, 4, 0.8, 1.0
     )
-    waypoints = small_lake.sql(
+    waypoints = lake.sql(
         "SELECT sum(n_waypoints) FROM trajectories WHERE target_id = 2 AND run = 0"
     ).to_pydict()
     share = 2 / float(next(iter(waypoints.values()))[0])
@@ -256,13 +272,13 @@ def test_the_setup_names_all_that_a_repetition_needs(report: Report) -> None:
     )
 
 
-def test_every_command_gives_the_rows_of_its_query(small_lake: Lake, report: Report) -> None:
+def test_every_command_gives_the_rows_of_its_query(lake: Lake, report: Report) -> None:
     for query in {query.command: query for table in report.tables for query in table.queries}.values():
         program, command, statement = shlex.split(query.command)
         assert (program, command) == ("plancurate", "sql")
         assert statement == query.statement
-        again = small_lake.sql(statement).to_pylist()
-        rows = small_lake.query(query.name, **query.parameters).to_pylist()
+        again = lake.sql(statement).to_pylist()
+        rows = lake.query(query.name, **query.parameters).to_pylist()
         assert len(again) == len(rows) > 0
         for one, other in zip(again, rows, strict=True):
             assert one == pytest.approx(other) if "test_ids" not in one else one == other

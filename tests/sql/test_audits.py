@@ -19,10 +19,12 @@ from plancurate.tasks.lake.manifest import list_files
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 
-from ..conftest import copied
+from ..lakes import copied
+from ..studies import StudyMaker
 
 LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 POOL = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
+LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +43,7 @@ def curated(curated_once: Lake, tmp_path: Path) -> Lake:
 
 def record_selections(lake: Lake, study: str) -> None:
     """Two selections of a study."""
+    StudyMaker(lake).record(*study.split("-"))
     pool, robot, scene = load_pool(lake, POOL), load_robot("h2017"), load_scene("free")
     for name in ("General", "KMeans_Hybrid"):
         choice = SelectorChoice(name=name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -24,6 +25,9 @@ from plancurate.tasks.study.comparison import (
 from plancurate.tasks.study.statistics import Outcomes
 from plancurate.tasks.study.text import whole_percents
 
+from ..lakes import copied
+from ..studies import StudyMaker
+
 SETUP = {
     "name": "a",
     "n_targets": 5,
@@ -38,9 +42,11 @@ def successes(n: int, of: int = 20) -> str:
     return "S" * n + "." * (of - n)
 
 
-@pytest.fixture
-def lake(small_lake: Lake, maker: Any) -> Lake:
+@pytest.fixture(scope="module")
+def lake_once(small_lake_once: Lake, tmp_path_factory: pytest.TempPathFactory) -> Lake:
     """Study b leaves a policy out, has a second seed, a second budget, other timing and another OMPL."""
+    lake = copied(small_lake_once, tmp_path_factory.mktemp("comparison"))
+    maker = StudyMaker(lake)
     a = maker.record("a", "aaaaaaaa", config=json.dumps(SETUP))
     maker.test(a, "General", None, "BC_MLP", successes(5))
     maker.test(a, "General", None, "BC_RNN", successes(20))
@@ -52,7 +58,13 @@ def lake(small_lake: Lake, maker: Any) -> Lake:
     maker.test(b, "General", None, "BC_MLP", successes(14), seed=1)
     maker.test(b, "KMeans", 20, "BC_MLP", successes(20))
     maker.test(b, "KMeans", 5, "BC_MLP", successes(1))
-    return small_lake
+    return lake
+
+
+@pytest.fixture
+def lake(lake_once: Lake, tmp_path: Path) -> Lake:
+    """A copy of the two studies to write into."""
+    return copied(lake_once, tmp_path)
 
 
 def compared(lake: Lake, a: str = "a-aaaaaaaa", b: str = "b-bbbbbbbb", **choices: Any) -> StudyComparison:
@@ -111,14 +123,15 @@ def test_a_study_does_not_differ_from_itself(lake: Lake) -> None:
     assert [(row.difference, row.p_holm) for row in found.results] == [(0.0, 1.0)] * 3
 
 
-def test_unseen_targets_are_compared_apart(lake: Lake, maker: Any) -> None:
+def test_unseen_targets_are_compared_apart(lake: Lake) -> None:
     for study, n in (("a-aaaaaaaa", 3), ("b-bbbbbbbb", 4)):
-        maker.test(study, "KMeans", 20, "BC_MLP", successes(n, 8), kind="unseen")
+        StudyMaker(lake).test(study, "KMeans", 20, "BC_MLP", successes(n, 8), kind="unseen")
     (row,) = compared(lake, kind="unseen").results
     assert (row.a, row.b) == (Outcomes(3, 8), Outcomes(4, 8))
 
 
-def test_a_selection_without_a_common_policy_is_not_compared(lake: Lake, maker: Any) -> None:
+def test_a_selection_without_a_common_policy_is_not_compared(lake: Lake) -> None:
+    maker = StudyMaker(lake)
     other = maker.record("c", "cccccccc")
     maker.test(other, "KMeans", 20, "BC_RNN", "S")
     assert compared(lake, b=other).results == []
@@ -179,9 +192,8 @@ def test_the_command_writes_the_same_as_json_and_markdown(
     assert "policies that both tried (BC_MLP)" in page
 
 
-def test_the_command_takes_keys_of_earlier_studies(
-    lake: Lake, maker: Any, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_takes_keys_of_earlier_studies(lake: Lake, capsys: pytest.CaptureFixture[str]) -> None:
+    maker = StudyMaker(lake)
     later = maker.record("a", "ffffffff", run_at=datetime(2027, 1, 1, tzinfo=UTC))
     maker.test(later, "General", None, "BC_MLP", "S")
     assert "A  a-ffffffff\nB  b-bbbbbbbb" in said(capsys, lake, "a", "b")

@@ -17,6 +17,7 @@ from plancurate.tasks.candidates.sources import base as sources
 from plancurate.tasks.curation.selectors import base as selectors
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.learning import rollouts, train
+from plancurate.tasks.learning.observations import term as terms
 from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import StudyContext, open_study, reference
@@ -110,6 +111,12 @@ def raise_policy(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(kind_of("BC_MLP"), "revision", 99)
 
 
+def raise_term(patch: pytest.MonkeyPatch) -> None:
+    patch.setitem(
+        terms._registry, "joint_positions", replace(terms.find_term("joint_positions"), revision=99)
+    )
+
+
 def raise_selector(patch: pytest.MonkeyPatch) -> None:
     chosen = selectors.find_selector("KMeans_Hybrid")
     patch.setitem(selectors._registry, "KMeans_Hybrid", replace(chosen, revision=99))
@@ -124,7 +131,8 @@ def other_ompl(patch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    "change", [raise_training, raise_rollouts, raise_policy, raise_selector, raise_source, other_ompl]
+    "change",
+    [raise_training, raise_rollouts, raise_policy, raise_term, raise_selector, raise_source, other_ompl],
 )
 def test_a_raised_revision_changes_the_key(
     scene: Path, robot: Path, change: Change, monkeypatch: pytest.MonkeyPatch
@@ -140,7 +148,7 @@ def test_another_ompl_makes_another_pool(scene: Path, robot: Path, monkeypatch: 
     assert opened(scene, robot).pools[0].pool != before
 
 
-@pytest.mark.parametrize("change", [raise_training, raise_policy])
+@pytest.mark.parametrize("change", [raise_training, raise_policy, raise_term])
 def test_a_network_is_named_by_what_it_is_trained_with(
     scene: Path, robot: Path, change: Change, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,13 +12,23 @@ from plancurate.tasks.study.results import StudyResults, headline_networks, stud
 from plancurate.tasks.study.rows import ALL_SCENES, REPORT_FIELDS, SummaryRow
 from plancurate.tasks.study.statistics import Outcomes, two_proportion_test, wilson_interval
 
+from ..lakes import copied
+from ..studies import StudyMaker
+
 FREE = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 TABLE = {"robot": "h2017", "scene": "table", "pool": "3d4e5f"}
 
 
-@pytest.fixture
-def results(small_lake: Lake, maker: Any) -> StudyResults:
+@pytest.fixture(scope="module")
+def lake(small_lake_once: Lake, tmp_path_factory: pytest.TempPathFactory) -> Lake:
+    """A lake for the two studies below; nothing else writes into it."""
+    return copied(small_lake_once, tmp_path_factory.mktemp("results"))
+
+
+@pytest.fixture(scope="module")
+def results(lake: Lake) -> StudyResults:
     """General with one policy, a hybrid with two and, for one of them, two selection seeds."""
+    maker = StudyMaker(lake)
     study = maker.record("tiny", "aaaaaaaa")
     maker.test(study, "General", None, "BC_MLP", "S..C")
     maker.test(study, "KMeans_Hybrid", 2, "BC_MLP", "SSSR")
@@ -26,7 +36,7 @@ def results(small_lake: Lake, maker: Any) -> StudyResults:
     maker.test(study, "KMeans_Hybrid", 2, "BC_RNN", "SR.R", selection_seed=1)
     maker.test(study, "Random", 2, "BC_MLP", "SS.R")
     maker.test(study, "KMeans_Hybrid", 2, "BC_RNN", "..", kind="unseen")
-    return study_results(small_lake, study)
+    return study_results(lake, study)
 
 
 def summary(results: StudyResults, selector: str, scene: str = "free") -> SummaryRow:
@@ -136,14 +146,14 @@ def test_each_policy_and_distance_is_compared_with_generals_own(results: StudyRe
     assert distances["Random", 1].gain.error == pytest.approx((8 / 3 / 2 / 3) ** 0.5, rel=0.03)
 
 
-def test_unseen_targets_are_reported_apart_and_first(results: StudyResults, small_lake: Lake) -> None:
+def test_unseen_targets_are_reported_apart_and_first(results: StudyResults, lake: Lake) -> None:
     assert list(results.tests) == ["unseen", "displaced"]
     (row,) = results.headline.networks
     assert (row.selector, row.n, row.successes) == ("KMeans_Hybrid", 2, 0)
     assert results.headline.summaries[0].gain is None
     assert results.headline.summaries[0].published is None
     assert (results.headline.agreement, results.headline.distances) == ([], [])
-    assert headline_networks(small_lake, results.study.study) == results.headline.networks
+    assert headline_networks(lake, results.study.study) == results.headline.networks
 
 
 def test_a_kind_of_test_that_a_study_lacks_is_named(small_lake: Lake, maker: Any) -> None:
@@ -153,16 +163,17 @@ def test_a_kind_of_test_that_a_study_lacks_is_named(small_lake: Lake, maker: Any
         study_results(small_lake, study).on("unseen")
 
 
-@pytest.fixture
-def scenes(small_lake: Lake, maker: Any) -> StudyResults:
+@pytest.fixture(scope="module")
+def scenes(lake: Lake) -> StudyResults:
     """Two scenes; Random is tested in one of them only."""
+    maker = StudyMaker(lake)
     study = maker.record("both", "aaaaaaaa", pools=((FREE, ""), (TABLE, "")))
     for pool, general, hybrid in ((FREE, "S...", "SSS."), (TABLE, "..", "S.")):
         maker.test(study, "General", None, "BC_MLP", general, pool=pool)
         maker.test(study, "KMeans_Hybrid", 2, "BC_MLP", hybrid, pool=pool)
     maker.test(study, "Random", 2, "BC_MLP", "SSSS", pool=FREE)
     maker.select(study, "KMeans_Hybrid", 2, [(0, "RRT", 0)], pool=FREE)
-    return study_results(small_lake, study)
+    return study_results(lake, study)
 
 
 def test_several_scenes_have_rows_of_their_own_and_a_total(scenes: StudyResults) -> None:

@@ -20,6 +20,7 @@ from plancurate.errors import PlancurateError, UnknownNameError, field_of, first
 from plancurate.registry import discover
 from plancurate.sql import load
 from plancurate.tasks.curation.learning_settings import LearningSettings, Used
+from plancurate.tasks.curation.names import STAGES
 from plancurate.tasks.curation.pool import FloatArray, Pool
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 IntArray = npt.NDArray[np.int64]
 ENTRY_POINTS = "plancurate.selectors"
-STAGES = ("prepare", "base_policy", "rollouts", "cluster", "score", "select")
 
 
 class Settings(BaseModel):

@@ -17,9 +17,9 @@ from plancurate.errors import PlancurateError
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.tasks.curation.learning_settings import LearningSettings
+from plancurate.tasks.curation.names import STAGES, labelled
 from plancurate.tasks.curation.pool import FloatArray, Pool
-from plancurate.tasks.curation.selector_choice import labelled
-from plancurate.tasks.curation.selectors.base import STAGES, Kept, Problem, Selector, Stopwatch, find_selector
+from plancurate.tasks.curation.selectors.base import Kept, Problem, Selector, Stopwatch, find_selector
 from plancurate.tasks.lake.schema import table
 
 POOL_COLUMNS = ("trajectory_id", "target_id", "planner", "goal_index")
@@ -127,11 +127,6 @@ def selection_id(
     inputs = json.dumps([chosen.name, *content, used], sort_keys=True)
     size = "all" if budget is None else f"k{budget}"
     return f"{chosen.name}-{size}-s{seed}-{hashlib.sha256(inputs.encode()).hexdigest()[:10]}"
-
-
-def label(selector: str, budget: int | None) -> str:
-    """Name a selection for a person."""
-    return selector if budget is None else f"{selector} k={budget}"
 
 
 def checked_budget(chosen: Selector, budget: int | None) -> int | None:

@@ -33,12 +33,16 @@ class ObservationTerm:
     size: Callable[[Robot], int]
     """How many numbers it gives for a robot."""
     description: str
+    revision: int
+    """Raised by its author when it gives other numbers than before."""
 
 
 _registry: dict[str, ObservationTerm] = {}
 
 
-def observation_term(name: str, *, size: Callable[[Robot], int]) -> Callable[[Observe], Observe]:
+def observation_term(
+    name: str, *, size: Callable[[Robot], int], revision: int = 1
+) -> Callable[[Observe], Observe]:
     """Register the decorated function as a term; the first line of its docstring describes it.
 
     Raises ValueError when another function has the name.
@@ -51,7 +55,7 @@ def observation_term(name: str, *, size: Callable[[Robot], int]) -> Callable[[Ob
                 f"observation term '{name}' is registered by {known.function.__module__} already"
             )
         description = (inspect.getdoc(function) or "").partition("\n")[0]
-        _registry[name] = ObservationTerm(name, function, size, description)
+        _registry[name] = ObservationTerm(name, function, size, description, revision)
         return function
 
     return register

@@ -93,7 +93,7 @@ def planned_around_the_table() -> list[np.ndarray]:
     for goal in hidden[:8]:
         result = native.plan(
             ROBOT.native, TABLE.native, "RRTConnect", ROBOT.home, goal[None],
-            params={}, seed=1, budget=budget, resolution=0.01, simplify=False,
+            params={}, seed=1, budget=budget, resolution=0.01, simplification="off",
         )  # fmt: skip
         if result.status == "exact":
             found.append(time_path(ROBOT, TABLE, result.path, TIMING).q)

@@ -1,50 +1,25 @@
-"""Commands that answer questions from the lake."""
+"""The command that asks the lake."""
 
 from __future__ import annotations
 
+import json
+import math
 import sys
-from typing import Literal
+from collections.abc import Mapping
+from datetime import date
+from decimal import Decimal
+from typing import Any, Literal
 
 import pyarrow as pa
 import pyarrow.csv
 from rich.console import Console
 from rich.table import Table
 
-from plancurate.flows.cli.console import console, output
+from plancurate.flows.cli.console import console, output, write
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.flows.cli.tables import as_json, report_markdown
 from plancurate.tasks.lake.store import Lake
-from plancurate.tasks.report import build_report, write_report
-from plancurate.tasks.study.results import study_results
-from plancurate.tasks.study.studies import find_study
-from plancurate.tasks.study.trial_results import Kind
 
 MOST_WIDE = 10_000  # characters
-
-
-def report(
-    *,
-    study: str,
-    key: str | None = None,
-    kind: Kind | None = None,
-    format: Literal["markdown", "json"] = "markdown",
-    options: HomeOptions = HomeOptions(),
-) -> None:
-    """Print the result rows of a study, one for each trained network, and write its report.
-
-    Args:
-        study: Name of the study; the one that ran last under it.
-        key: Key of an earlier study of that name, the part of its identifier after the name.
-        kind: Test targets of the printed rows; unseen where the study has some, else displaced.
-        format: How to print the rows.
-    """
-    home = options.folder()
-    lake = Lake(home.lake)
-    results = study_results(lake, find_study(lake, study, key))
-    rows = results.on(kind).networks if kind else results.headline.networks
-    page = write_report(build_report(results), home.reports / results.study.study)
-    write(as_json(rows) if format == "json" else report_markdown(rows))
-    console.print(f"report {page}", highlight=False, soft_wrap=True)
 
 
 def sql(
@@ -57,7 +32,7 @@ def sql(
     elif format == "csv":
         pyarrow.csv.write_csv(rows, sys.stdout.buffer)
     else:
-        write(rows.to_pandas().to_json(orient="records", date_format="iso", indent=1))
+        write(json.dumps([as_json(row) for row in rows.to_pylist()], indent=1))
 
 
 def say(line: str) -> None:
@@ -90,6 +65,14 @@ def text(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def write(answer: str) -> None:
-    """Write to standard output as it is, for programs: no wrapping, no colours."""
-    sys.stdout.write(answer if answer.endswith("\n") else answer + "\n")
+def as_json(value: Any) -> Any:
+    """Return a value of a query's result as JSON can hold it: times as ISO 8601, what is no number as null."""
+    if isinstance(value, Mapping):
+        return {str(name): as_json(inner) for name, inner in value.items()}
+    if isinstance(value, list):
+        return [as_json(inner) for inner in value]
+    if isinstance(value, (float, Decimal)):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, date):
+        return value.isoformat()
+    return value if value is None or isinstance(value, (bool, int)) else str(value)

@@ -1,0 +1,99 @@
+"""What the terminal shows of a study: the verdict, the table of success rates, the printed rows."""
+
+from __future__ import annotations
+
+import io
+import json
+from datetime import UTC, datetime
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from plancurate.errors import PlancurateError
+from plancurate.flows.cli.options import HomeOptions
+from plancurate.flows.cli.report import report
+from plancurate.flows.cli.tables import matrix, matrix_markdown, report_markdown
+from plancurate.tasks.lake.store import Lake
+from plancurate.tasks.study.results import KindResults, study_results
+from plancurate.tasks.study.rows import REPORT_FIELDS
+from plancurate.tasks.study.text import whole_percents
+
+FREE = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
+TABLE = {"robot": "h2017", "scene": "table", "pool": "3d4e5f"}
+GOOD, BAD = 39 * "S" + ".", 8 * "S" + 32 * "."
+
+
+@pytest.fixture
+def tests(small_lake: Lake, maker: Any) -> KindResults:
+    """One scene and all four policies, with a selector of a long name."""
+    study = maker.record("long", "aaaaaaaa")
+    for policy in ("BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN"):
+        maker.test(study, "General", None, policy, BAD)
+        maker.test(study, "BehaviorRetrieval_Native", 20, policy, GOOD)
+    return study_results(small_lake, study).headline
+
+
+def lines(tests: KindResults) -> list[str]:
+    """The printed matrix, line by line."""
+    text = io.StringIO()
+    Console(file=text, width=200).print(matrix(tests, "Success"))
+    return [line.rstrip() for line in text.getvalue().splitlines()]
+
+
+def test_the_matrix_has_a_column_for_each_policy_in_80_characters(tests: KindResults) -> None:
+    shown = lines(tests)
+    assert max(map(len, shown)) <= 80
+    best, general = tests.summaries
+    assert shown[-2].split() == [
+        "BehaviorRetrieval_Native", "20", *["97.5"] * 4, "97.5", "***", whole_percents(best.interval), "97.5",
+    ]  # fmt: skip
+    assert shown[-1].split() == [
+        "General", "all", *["20.0"] * 4, "20.0", whole_percents(general.interval), "20.0",
+    ]  # fmt: skip
+    assert "all policies" in shown[3]
+    assert "| General | all | 20.0 | 20.0 | 20.0 | 20.0 | 20.0 |" in matrix_markdown(tests)
+
+
+def test_of_several_scenes_the_matrix_has_a_column_each_and_their_total(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("both", "aaaaaaaa", pools=((FREE, ""), (TABLE, "")))
+    for pool, general, hybrid in ((FREE, "S...", "SSS."), (TABLE, "....", "SS..")):
+        maker.test(study, "General", None, "BC_MLP", general, pool=pool)
+        maker.test(study, "KMeans", 2, "BC_MLP", hybrid, pool=pool)
+    maker.test(study, "Random", 2, "BC_MLP", "SSSS", pool=FREE)
+    tests = study_results(small_lake, study).headline
+    shown = lines(tests)
+    assert shown[2].split() == ["selector", "k", "free", "table", "all", "scenes", "tled"]
+    assert [line.split()[:5] for line in shown[3:]] == [
+        ["KMeans", "2", "75.0", "50.0", "62.5"],
+        ["General", "all", "25.0", "0.0", "12.5"],
+    ]
+    header = report_markdown(tests.networks).splitlines()[0]
+    assert header.startswith("| scene | selector | budget | policy | seed | n |")
+
+
+def test_printed_rows_leave_out_columns_that_say_nothing(tests: KindResults) -> None:
+    header, _, first, *_ = report_markdown(tests.networks).splitlines()
+    assert header.startswith("| selector | budget | policy | seed | n | successes | success_rate |")
+    assert first.startswith("| BehaviorRetrieval_Native | 20 | BC_MLP | 0 | 40 | 39 | 0.975 |")
+    assert report_markdown(tests.networks).splitlines()[-1].startswith("| General | all | BC_RNN_MDN |")
+
+
+def test_the_report_command_shows_the_study_that_was_asked_for(
+    small_lake: Lake, maker: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for key, month, outcomes in (("aaaaaaaa", 1, "S..."), ("bbbbbbbb", 2, "SS")):
+        study = maker.record("tiny", key, run_at=datetime(2026, month, 1, tzinfo=UTC))
+        maker.test(study, "General", None, "BC_MLP", outcomes)
+        maker.select(study, "General", None, [(0, "RRT", 0)])
+    home = small_lake.root.parent
+    for key, n in ((None, 2), ("aaaaaaaa", 4), ("bbbbbbbb", 2)):
+        report(study="tiny", key=key, format="json", options=HomeOptions(home=home))
+        said = capsys.readouterr()
+        (row,) = json.loads(said.out)
+        assert (tuple(row), row["n"]) == (REPORT_FIELDS, n)
+        page = home / "reports" / f"tiny-{key or 'bbbbbbbb'}" / "index.html"
+        assert page.is_file()
+        assert str(page) in said.err
+    with pytest.raises(PlancurateError, match="no unseen tests; it has displaced"):
+        report(study="tiny", kind="unseen", options=HomeOptions(home=home))
