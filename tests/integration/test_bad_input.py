@@ -12,7 +12,10 @@ import plancurate.robots
 from plancurate.errors import PlancurateError
 from plancurate.flows.cli.app import main
 from plancurate.flows.cli.fields import leaves
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.lake.manifest import append, entry_of
 from plancurate.tasks.study.config import StudyConfig, load_config
+from plancurate.tasks.study.context import open_study
 
 from ..homes import UNCONFIGURED, NewHome
 from .conftest import Command, Studied
@@ -233,10 +236,10 @@ def test_a_budget_larger_than_a_cluster_is_reported_and_nothing_else_is_said(
     smoke: Studied, plancurate: Command
 ) -> None:
     done = plancurate("curate", "--preset", "smoke", "--budgets", "500", "--home", str(smoke.home))
-    heading, line = (
-        done.stderr.splitlines()
-    )  # what a failed task holds must not be left when the process ends
-    assert (done.returncode, heading) == (2, f"curate smoke  {smoke.home}")
+    # What a failed task holds must not be left when the process ends.
+    heading, line = done.stderr.splitlines()
+    study = open_study(load_config("smoke", None, {"budgets": [500]}), Home(smoke.home)).study
+    assert (done.returncode, heading) == (2, f"curate {study}  {smoke.home}")
     assert line.startswith("plancurate: ")
     assert "500" in line
 
@@ -260,7 +263,8 @@ def test_a_foreign_parquet_file_is_named(damaged: Path, capsys: pytest.CaptureFi
 
     part = next((damaged / "lake" / "trajectories").rglob("part-0*.parquet"))
     pq.write_table(pa.table({"x": [1]}), part)
-    line = complaint(capsys, "sql", "SELECT 1", "--home", str(damaged))
+    append(part.parent, entry_of(part, part.name, 1))
+    line = complaint(capsys, "report", "--study", "smoke", "--home", str(damaged))
     assert part.name in line
     assert "not written by plancurate" in line
 
@@ -274,7 +278,8 @@ def test_a_lake_of_another_schema_version_is_refused(
     rows = pq.read_table(part)
     footer = dict(rows.schema.metadata) | {b"plancurate.schema_version": b"999"}
     pq.write_table(rows.replace_schema_metadata(footer), part)
-    assert "999" in complaint(capsys, "sql", "SELECT 1", "--home", str(damaged))
+    append(part.parent, entry_of(part, part.name, rows.num_rows))
+    assert "999" in complaint(capsys, "report", "--study", "smoke", "--home", str(damaged))
 
 
 def test_an_unreachable_prefect_server_is_reported(

@@ -26,6 +26,7 @@ from ..homes import NewHome
 from .conftest import Command, Studied
 
 SMOKE = load_config("smoke", None, {})
+STUDY = open_study(SMOKE, Home(Path("nowhere"))).study
 
 
 def parts(home: Path) -> dict[str, int]:
@@ -37,7 +38,7 @@ def test_a_study_ends_in_a_verdict_and_a_table_of_every_selector(smoke: Studied)
         assert selector in smoke.stdout
     assert "General, which keeps every candidate" in " ".join(smoke.stdout.split())
     assert "[95 % over targets only]" in smoke.stdout
-    assert str(smoke.home / "reports" / "smoke") in smoke.stdout
+    assert str(smoke.home / "reports" / STUDY) in smoke.stdout
     assert max(map(len, smoke.stdout.splitlines()[:-5])) <= 80
 
 
@@ -185,7 +186,7 @@ def test_a_study_leaves_a_page_whose_numbers_the_lake_gives_again(
 ) -> None:
     from mlflow import MlflowClient
 
-    folder = smoke.home / "reports" / "smoke"
+    folder = smoke.home / "reports" / STUDY
     text = (folder / "index.html").read_text()
     for selector in (choice.label for choice in SMOKE.selectors):
         assert selector in text
@@ -206,7 +207,7 @@ def test_a_study_leaves_a_page_whose_numbers_the_lake_gives_again(
 
 
 def test_a_report_is_written_again_on_demand(smoke: Studied, plancurate: Command) -> None:
-    page = smoke.home / "reports" / "smoke" / "index.html"
+    page = smoke.home / "reports" / STUDY / "index.html"
     before = page.read_text()
     page.unlink()
     done = plancurate("report", "--study", "smoke", "--format", "json", "--home", str(smoke.home))

@@ -225,5 +225,6 @@ def test_a_policy_in_one_file_outside_the_package_is_trained_stored_and_rolled_o
 
 
 def test_a_name_that_another_policy_has_is_refused() -> None:
+    assert "BC_MLP" in policy_names()  # a look-up registers what the package has
     with pytest.raises(ValueError, match=r"policy 'BC_MLP' is registered by .*\.mlp already"):
         policy_registry.register("BC_MLP")(type("Other", (policy_registry.Policy,), {"__module__": __name__}))
