@@ -129,7 +129,9 @@ FILLING: dict[pa.DataType, object] = {
 }  # fmt: skip
 JOBS: dict[str, Callable[[Lake], object]] = {
     "pool and waypoints": read_pool,
-    "planners": lambda lake: lake.query("results/planners", **POOL),
+    "summary of planners": lambda lake: lake.sql(
+        "SELECT planner, avg(plan_s), avg(joint_movement) FROM trajectories GROUP BY planner"
+    ),
     "count(*)": lambda lake: lake.sql("SELECT count(*) FROM trajectories"),
     "every row and waypoint": lambda lake: lake.read("trajectories", {}),
 }

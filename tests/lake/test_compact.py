@@ -62,18 +62,22 @@ def test_rows_and_keys_are_the_same_before_between_and_after(lake: Lake) -> None
 def test_a_removal_that_was_killed_leaves_nothing_that_looks_damaged(
     lake: Lake, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    unlink = Path.unlink
+
+    def unlink_one(path: Path, **choices: bool) -> None:
+        unlink(path, **choices)
+        raise KeyboardInterrupt
+
+    before = lake.read("targets", POOL)
     compact(lake, "targets", POOL, {}, grace_s=600)
     with monkeypatch.context() as killed:
-        killed.setattr(Path, "unlink", kill)
+        killed.setattr(Path, "unlink", unlink_one)
         with pytest.raises(KeyboardInterrupt):
             compact(lake, "targets", POOL, {}, grace_s=0)
-    assert len(files(lake)) == 6
+    assert len(files(lake)) == 5
     assert lake.damage() == []
-    assert compact(lake, "targets", POOL, {}, grace_s=0) == 5
-
-
-def kill(path: Path, **_: object) -> None:
-    raise KeyboardInterrupt
+    assert lake.read("targets", POOL).equals(before)
+    assert compact(lake, "targets", POOL, {}, grace_s=0) == 4
 
 
 def test_a_damaged_part_is_not_merged(lake: Lake) -> None:

@@ -6,6 +6,7 @@ import os
 import random
 import shutil
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import duckdb
@@ -14,9 +15,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from plancurate.errors import PlancurateError
+from plancurate.tasks.lake import parts
 from plancurate.tasks.lake.compact import compact
 from plancurate.tasks.lake.footer import OWN
-from plancurate.tasks.lake.manifest import MANIFEST, append, entry_of
+from plancurate.tasks.lake.manifest import MANIFEST, append, entry_of, locked
 from plancurate.tasks.lake.mend import mend
 from plancurate.tasks.lake.schema import SCHEMA_VERSION, table
 from plancurate.tasks.lake.store import Lake
@@ -238,6 +240,32 @@ def test_a_damaged_manifest_is_never_taken_for_a_sound_one(
     assert mend(lake, "targets", POOL)
     assert lake.keys("targets", POOL) == left
     assert lake.damage() == []
+
+
+def test_a_writer_killed_before_its_part_appears_leaves_a_missing_one_that_can_be_written_again(
+    lake: Lake, part: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def kill(temporary: Path, path: Path) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as killed:
+        killed.setattr(parts, "publish", kill)
+        with pytest.raises(KeyboardInterrupt):
+            lake.write("targets", POOL, "c", rows(3), {})
+    assert [(problem.path.name, problem.kind) for problem in lake.damage()] == [("part-c.parquet", "missing")]
+    lake.write("targets", POOL, "c", rows(3), {})
+    assert lake.damage() == []
+    assert lake.read("targets", POOL)["target_id"].to_pylist() == [0, 1, 3]
+
+
+def test_a_part_on_its_way_in_is_waited_for(lake: Lake, part: Path) -> None:
+    aside = part.rename(part.with_name(".aside"))
+    with ThreadPoolExecutor() as pool, locked(part.parent):
+        reading = pool.submit(Lake(lake.root).read, "targets", POOL)
+        with pytest.raises(TimeoutError):
+            reading.result(timeout=0.5)
+        aside.rename(part)
+    assert reading.result(timeout=30).num_rows == 2
 
 
 def test_files_that_are_no_parts_are_named_but_do_not_matter(lake: Lake, part: Path) -> None:

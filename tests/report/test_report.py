@@ -365,6 +365,18 @@ def test_page_markdown_and_json_are_written_with_the_same_tables(report: Report,
     assert again.model_dump(mode="json") == report.setup["configuration"]
 
 
+def test_a_report_holds_no_path_of_the_home_it_was_made_in(
+    report: Report, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    write_report(report, tmp_path / "tiny")
+    written = [path for path in (tmp_path / "tiny").rglob("*") if path.is_file()]
+    assert len(written) > 4
+    for path in written:
+        text = path.read_text()
+        assert str(tmp_path_factory.getbasetemp()) not in text, path
+        assert not re.search(r'(href|src)="(/|file:)', text), path
+
+
 def test_a_study_without_general_is_compared_with_nothing(small_lake: Lake, maker: Any) -> None:
     study = maker.record("alone", "aaaaaaaa")
     maker.test(study, "Random", 2, "BC_MLP", "S...")
