@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from plancurate.tasks.report import figures, selection_tables, tables
+from plancurate.tasks.report import failure_table, figures, selection_tables, tables
 from plancurate.tasks.report.contents import Report, Section, Table
 from plancurate.tasks.report.setup import setup
 from plancurate.tasks.report.source import Source
@@ -46,7 +46,8 @@ def fresh_targets(source: Source) -> Section:
         f"Targets that no policy was trained on; the publication has no such tests. {SELECTION} {HOW_SURE}"
     )
     drawn = [figures.fresh_bars(source), *filter(None, [figures.scene_map(source)])]
-    return Section("fresh", "Success at fresh targets", words, drawn, [tables.success_table(source)])
+    shown = [tables.success_table(source), failure_table.failure_table(source)]
+    return Section("fresh", "Success at fresh targets", words, drawn, shown)
 
 
 def displaced_targets(source: Source) -> list[Section]:
@@ -79,7 +80,7 @@ def displaced_targets(source: Source) -> list[Section]:
             "Quality of the rollouts",
             "A rollout is one run of a policy towards one test target.",
             [figures.quality_bars(source), figures.quality_forest(source)],
-            [tables.quality_table(source)],
+            [tables.quality_table(source), failure_table.failure_table(source)],
         ),
     ]
 

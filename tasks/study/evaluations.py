@@ -84,7 +84,9 @@ def evaluate_networks(study: StudyContext, networks: Sequence[Network]) -> int:
     pool = study.pool(networks[0].selection.pool)
     tests = study_tests(study, pool)
     trained = [load_network(study, network) for network in networks]
-    tables = rollouts.roll_out(trained, pool.robot, pool.scene, tests, study.config.evaluation)
+    tables = rollouts.roll_out(
+        trained, pool.robot, pool.scene, tests, study.config.evaluation, pool.settings.timing.dt
+    )
     for network, policy, trials in zip(networks, trained, tables, strict=True):
         rows = trial_rows(study, network, policy, trials)
         key = evaluation_id(study, network)

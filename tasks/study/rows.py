@@ -190,6 +190,19 @@ class QualityRow(Row):
 
 
 @dataclass(frozen=True)
+class FailureRow(Row):
+    """One reason for which trials of a selection failed."""
+
+    failure: str
+    """collided, limits or lost."""
+    failure_detail: str
+    """What touched what first, or which joint's limit was broken; empty for lost trials."""
+    n: int
+    """Trials, successes included."""
+    failures: int
+
+
+@dataclass(frozen=True)
 class TimeRow(Row):
     """How long a selection took, by stage and in all: means over selection seeds."""
 

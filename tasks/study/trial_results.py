@@ -17,6 +17,7 @@ from plancurate.tasks.study.rows import (
     AgreementRow,
     Cell,
     DistanceRow,
+    FailureRow,
     Mean,
     PolicyRow,
     QualityRow,
@@ -44,6 +45,8 @@ class KindResults:
     distances: list[DistanceRow]
     """Empty for unseen targets."""
     quality: list[QualityRow]
+    failures: list[FailureRow]
+    """The commonest reason of each selection first."""
     agreement: list[AgreementRow]
     """Empty for unseen targets, which the publication did not test."""
 
@@ -56,7 +59,7 @@ def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
 
     trials = network_trials(lake.query("results/outcomes", study=study, kind=kind))
     if not trials:
-        return KindResults(kind, [], [], [], [], [], [])
+        return KindResults(kind, [], [], [], [], [], [], [])
     published = published_results() if kind == "displaced" else {}
     bootstrap = Bootstrap(trials)
     drawn = bootstrap.draw()
@@ -69,6 +72,7 @@ def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
         policies=in_order(policy_rows(rows("by_policy"), drawn, published), summaries),
         distances=in_order(distances, summaries),
         quality=in_order(quality_rows(rows("quality"), published), summaries),
+        failures=in_order([FailureRow(**row) for row in rows("failures")], summaries),
         agreement=agreement_rows(summaries, published),
     )
 

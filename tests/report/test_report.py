@@ -119,6 +119,19 @@ def test_table_a3_has_a_column_for_each_distance_with_stars_and_p(report: Report
     assert all(0 < gain["p"] <= gain["holm_p"] <= 1 for gain in gains)
 
 
+def test_failures_show_each_kind_with_its_commonest_detail(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("failing", "aaaaaaaa")
+    maker.test(study, "General", None, "BC_MLP", "SSCCL...")
+    maker.test(study, "General", None, "BC_MLP", "C", seed=1, failure_detail="link_4 and ground")
+    maker.test(study, "KMeans_Hybrid", 2, "BC_MLP", "SR")
+    report = build_report(study_results(small_lake, study))
+    lines = cells(report, "failures")
+    assert lines["General", "all"] == [
+        "9", "77.8", "33.3", "link_4 and table", "11.1", "joint_2 velocity", "33.3",
+    ]  # fmt: skip
+    assert lines["KMeans_Hybrid", "2"] == ["2", "0.0", "0.0", "\N{EN DASH}", "0.0", "\N{EN DASH}", "0.0"]
+
+
 def test_table_a4_has_means_with_t_intervals_and_welch_stars(small_lake: Lake, maker: Any) -> None:
     study = maker.record("far", "aaaaaaaa")
     maker.test(study, "KMeans_Hybrid", 2, "BC_MLP", "SSSS")
