@@ -371,7 +371,7 @@ class StudyMaker:
                 "selection_time_s": 0.5, "train_s": 1.5, "test_id": number, "kind": kind,
                 "target_id": 0 if kind == "displaced" else None,
                 "distance_cm": number if kind == "displaced" else None, "x": 0.0, "y": 0.0, "z": 0.0,
-                "success": outcome in "SR", "settled": outcome == "S", "precise": outcome == "S",
+                "hard": False, "success": outcome in "SR", "settled": outcome == "S", "precise": outcome == "S",
                 "reached": outcome in "SR", "collided": outcome == "C", "out_of_limits": outcome == "L",
                 "failure": FAILURES[outcome][0], "failure_detail": FAILURES[outcome][1], "steps": 10,
                 "final_distance": 0.01 * number, "settled_distance": 0.02 * number, "path_length": 1.0,

@@ -98,7 +98,7 @@ _EVALUATIONS = _schema(
     {
         "evaluation_id": _TEXT, "selection_id": _TEXT, "selector": _TEXT, "selection_seed": _INT,
         "policy": _TEXT, "seed": _INT, "n_kept": _INT, "selection_time_s": _REAL, "train_s": _REAL,
-        "test_id": _INT, "kind": _TEXT, "x": _REAL, "y": _REAL, "z": _REAL,
+        "test_id": _INT, "kind": _TEXT, "x": _REAL, "y": _REAL, "z": _REAL, "hard": _BOOL,
         "success": _BOOL, "settled": _BOOL, "precise": _BOOL, "reached": _BOOL, "collided": _BOOL,
         "out_of_limits": _BOOL, "failure": _TEXT, "failure_detail": _TEXT,
         "steps": _INT, "final_distance": _REAL, "settled_distance": _REAL, "path_length": _REAL,

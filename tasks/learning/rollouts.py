@@ -138,10 +138,10 @@ def roll_out(
     All policies are of one kind and of the same sizes, as `train` returns them; each sees the terms that it was
     trained on, and PlancurateError says so where these are not alike or are others for this robot. `goals`
     (tests, n) are joint angles to end at, for terms that ask for them. The policy's next joint angles become
-    the next state, `dt` s later. Columns: test_id, kind, target_id, distance_cm, x, y, z of the test;
-    success (reached with every move up to then inside the position and velocity limits and free), reached (the
-    same, since a rule broken before ends the trial), collided and out_of_limits (which rule ended it), failure
-    (collided, limits or lost) and failure_detail (the first contact; the joint and its limit), settled and
+    the next state, `dt` s later. Columns: test_id, kind, target_id, distance_cm, x, y, z of the test, hard where
+    it is known; success (reached with every move up to then inside the position and velocity limits and free),
+    reached (the same, since a rule broken before ends the trial), collided and out_of_limits (which rule ended it),
+    failure (collided, limits or lost) and failure_detail (the first contact; the joint and its limit), settled and
     precise (within reach_m and precise_m at the step limit, with no rule broken on the way); steps,
     final_distance, path_length and joint_movement when the scored part ended; settled_distance at the step limit.
     """
@@ -165,7 +165,7 @@ def trial_table(tests: TargetsUnderTest, measured: dict[str, npt.NDArray[np.gene
     """Trials of one policy: the tests' columns and the measured ones."""
     x, y, z = tests.position.T
     tested = {
-        "test_id": np.arange(len(tests), dtype=np.int32),
+        "test_id": tests.test_id,
         "kind": tests.kind,
         "target_id": tests.target_id,
         "distance_cm": pa.array(tests.distance_cm, mask=tests.distance_cm < 0),
@@ -173,4 +173,5 @@ def trial_table(tests: TargetsUnderTest, measured: dict[str, npt.NDArray[np.gene
         "y": y,
         "z": z,
     }
-    return pa.table(tested | measured)
+    hard = {} if tests.hard is None else {"hard": tests.hard}
+    return pa.table(tested | hard | measured)

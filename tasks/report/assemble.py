@@ -52,7 +52,10 @@ def fresh_targets(source: Source) -> Section:
 
 def displaced_targets(source: Source) -> list[Section]:
     """The publication's tests: success by selector, policy and distance, and how the rollouts went."""
-    words = "Tests at the trained targets and up to 5 cm from them, as in the publication."
+    words = (
+        "Tests at the trained targets and up to 5 cm from them, as in the publication, where a planner reaches them; "
+        f"{source.results.dropped_tests} of them are left out."
+    )
     if source.results.headline.kind == "displaced":
         words = f"{words} {SELECTION} {HOW_SURE}"
     drawn = [

@@ -123,6 +123,9 @@ class SummaryRow(Row):
     """The publication's interval."""
     settled_rate: float
     settled_interval: Interval
+    hard_n: int
+    """Trials of the hard subset: the straight joint line to the nearest goal is not free."""
+    hard_successes: int
     tests: int
     """Different test targets."""
     selection_seeds: int
@@ -139,6 +142,11 @@ class SummaryRow(Row):
     """1 plus the number of selections of the group with a higher rate."""
     best: bool
     """Whether it is the first of its group, or not significantly below it (Holm over the group)."""
+
+    @property
+    def hard_rate(self) -> float | None:
+        """Success on the hard subset; None where no trial is of it."""
+        return self.hard_successes / self.hard_n if self.hard_n else None
 
 
 @dataclass(frozen=True)

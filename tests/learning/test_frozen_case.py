@@ -57,7 +57,7 @@ def steady(delta: list[float]) -> TrainedPolicy:
 def test_rollouts_change_with_their_revision_alone() -> None:
     positions = np.array([[0.5, 0.1, 0.9], [0.3, 0.4, 1.0], [0.7, 0.2, 0.5]])
     kinds, ids = ("unseen",) * 3, np.arange(3, dtype=np.int32)
-    tests = TargetsUnderTest(kinds, ids, np.full(3, -1, dtype=np.int32), positions)
+    tests = TargetsUnderTest(kinds, ids, np.full(3, -1, dtype=np.int32), positions, ids)
     policy = steady([0.02, 0.01, 0.02, 0.0, 0.01, 0.0])
     trials = rollouts.roll_out([policy], ROBOT, SCENE, tests, EvaluateSettings(max_steps=60), dt=0.05)[0]
     distances = [1000 * value for value in trials["settled_distance"].to_pylist()]

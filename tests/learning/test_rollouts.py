@@ -10,11 +10,12 @@ import torch
 
 from plancurate import native
 from plancurate.robots import Robot, Scene, colliding_pairs, load_robot, load_scene
-from plancurate.tasks.candidates.targets import Target
+from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.candidates.targets import Target, sample_targets
 from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_policy
 from plancurate.tasks.learning.rollouts import Trials, roll_out
 from plancurate.tasks.learning.settings import EvaluateSettings
-from plancurate.tasks.learning.test_targets import displaced_tests, join_tests, unseen_tests
+from plancurate.tasks.learning.test_targets import displaced_tests, join_tests, reachable_tests, unseen_tests
 
 NONE = np.empty((0, 6))
 DT = 0.05
@@ -263,6 +264,38 @@ def test_tests_of_a_target_depend_on_it_and_the_seed_alone() -> None:
     both, one = displaced_tests([first, second], 3), displaced_tests([second], 3)
     np.testing.assert_array_equal(both.position[16:], one.position)
     assert not np.array_equal(one.position[1:], displaced_tests([second], 4).position[1:])
+
+
+def test_displaced_tests_that_no_planner_reaches_are_left_out_and_the_others_keep_their_numbers(
+    robot: Robot, scene: Scene
+) -> None:
+    far = Target(0, np.array([0.0, 0.0, 9.0]), NONE)
+    near = Target(1, np.array([0.75, -0.13, 1.14]), NONE)
+    settings = GenerateSettings()
+    tests = join_tests(displaced_tests([far, near], 3), unseen_tests([far, near]))
+    kept = reachable_tests(tests, robot, scene, settings, seed=3)
+    assert kept.test_id.tolist() == list(range(16, 34))
+    np.testing.assert_array_equal(kept.position, tests.position[16:])
+    assert kept.target_id.tolist() == [1] * 16 + [0, 1]
+    assert kept.hard is not None
+    assert kept.hard.tolist() == [False] * 16 + [True, False]
+    rows = roll_out([trained("BC_MLP", 0)], robot, scene, kept, EvaluateSettings(max_steps=2), DT)[0]
+    assert rows["test_id"].to_pylist() == list(range(16, 34))
+    assert rows["hard"].to_pylist() == kept.hard.tolist()
+
+
+def test_a_test_is_hard_where_the_straight_line_to_the_nearest_goal_is_not_free(robot: Robot) -> None:
+    table, settings = load_scene("table"), GenerateSettings()
+    targets = sample_targets(robot, table, settings.targets, 0, 12)
+    found = reachable_tests(unseen_tests(targets), robot, table, settings, seed=8).hard
+    assert found is not None
+    expected = []
+    for target in targets:  # its goals come from another draw
+        nearest = min(target.goals, key=lambda goal: float(np.linalg.norm(goal - robot.home)))
+        line = np.linspace(robot.home, nearest, 500)
+        expected.append(not native.is_free(robot.native, table.native, line).all())
+    assert found.tolist() == expected
+    assert set(expected) == {False, True}
 
 
 def test_unseen_tests_have_no_distance_in_their_rows(robot: Robot, scene: Scene) -> None:

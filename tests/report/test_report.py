@@ -82,7 +82,7 @@ def test_table_a1_shows_rates_gains_ties_and_the_publications_test_beside(
     assert table.headers == (
         "selector", "k", "n", "success %", "published %", "95 %",
         "selection seeds x training seeds x targets", "", "gain", "95 %", "Holm p", "settled %",
-        "95 %", "publication's: Wilson 95 %", "z", "p",
+        "95 %", "hard %", "n", "publication's: Wilson 95 %", "z", "p",
     )  # fmt: skip
     best = results.headline.summaries[0]
     assert best.gain is not None
@@ -90,7 +90,7 @@ def test_table_a1_shows_rates_gains_ties_and_the_publications_test_beside(
     assert lines["KMeans_Hybrid", "2"] == [
         "16", "93.8", "79.1", percents(best.interval), "1 x 2 x 4", "best",
         f"+68.8 {best.gain.stars}", percents(best.gain.interval), f"{best.gain.holm_p:.3f}", "81.2",
-        percents(best.settled_interval), "[71.7, 98.9]", "3.96", "< 0.001 ***",
+        percents(best.settled_interval), "\N{EN DASH}", "0", "[71.7, 98.9]", "3.96", "< 0.001 ***",
     ]  # fmt: skip
     assert lines["General", "all"][5:9] == ["tie", "", "", ""]  # four targets tell little apart
     assert lines["Random", "2"][2] == "\N{EN DASH}"
