@@ -77,7 +77,7 @@ def measured(study: StudyContext, data: Demonstrations, change: dict[str, Any], 
     pool = study.pools[0]
     targets = stored_targets(study.lake, pool.partition)[: study.config.n_targets]
     tests = displaced_tests(targets, TEST_SEED)
-    tables = roll_out(trained, pool.robot, pool.scene, tests, EvaluateSettings())
+    tables = roll_out(trained, pool.robot, pool.scene, tests, EvaluateSettings(), pool.settings.timing.dt)
     rates = [
         np.mean([table[column].to_numpy().mean() for table in tables]) for column in ("success", "settled")
     ]

@@ -10,7 +10,7 @@ from plancurate.flows.task_runs import run_all, task_runner
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyRef, open_study, reference
-from plancurate.tasks.study.evaluations import evaluate_networks, missing_evaluations, tests_per_network
+from plancurate.tasks.study.evaluations import count_rollouts, evaluate_networks, missing_evaluations
 from plancurate.tasks.study.networks import Network, groups, titles
 from plancurate.tasks.study.records import record_study
 
@@ -21,7 +21,7 @@ def evaluate(config: StudyConfig, home: str | None = None) -> None:
     study = open_study(config, Home.resolve(home))
     missing = missing_evaluations(study)
     record_study(study)
-    with stage("evaluate", len(missing) * tests_per_network(config), "rollouts") as bar:
+    with stage("evaluate", count_rollouts(study, missing), "rollouts") as bar:
         together = groups(missing)
         calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
         run_all(evaluate_group, calls, config.workers, bar.advance, runner=task_runner(config))

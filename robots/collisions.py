@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -24,15 +25,16 @@ def colliding_pairs(robot: Robot, scene: Scene, q: FloatArray) -> list[str]:
     found = [
         f"{robot.shapes[first].link} and {robot.shapes[second].link}"
         for first, second in checked_pairs(robot.shapes, robot.allowed_contacts)
-        if not _is_free(robot, alone, q, pairs=np.array([[first, second]], dtype=np.int32))
+        if not native.is_free(_pair_alone(robot, first, second), alone, q[None])[0]
     ]
     indices = scene_shapes(robot.shapes, robot.scene_unchecked_links)
     for index, (name, obstacle) in product(indices, _obstacles(scene)):
-        if not _is_free(robot, obstacle, q, against_scene=np.array([index], dtype=np.int32)):
+        if not native.is_free(_shape_alone(robot, index), obstacle, q[None])[0]:
             found.append(f"{robot.shapes[index].link} and {name}")
     return list(dict.fromkeys(found))
 
 
+@lru_cache(maxsize=64)
 def _obstacles(scene: Scene) -> list[tuple[str, native.Scene]]:
     """Each part of the scene alone."""
     parts = [
@@ -44,14 +46,20 @@ def _obstacles(scene: Scene) -> list[tuple[str, native.Scene]]:
     return parts
 
 
-def _is_free(
-    robot: Robot,
-    obstacle: native.Scene,
-    q: FloatArray,
-    pairs: IntArray = NO_PAIRS,
-    against_scene: IntArray = NO_SHAPES,
-) -> bool:
-    model = native_model(
+@lru_cache(maxsize=4096)
+def _pair_alone(robot: Robot, first: int, second: int) -> native.Robot:
+    """The robot with only these two of its shapes checked, against each other."""
+    return _model(robot, pairs=np.array([[first, second]], dtype=np.int32), against_scene=NO_SHAPES)
+
+
+@lru_cache(maxsize=4096)
+def _shape_alone(robot: Robot, index: int) -> native.Robot:
+    """The robot with only this one of its shapes checked, against the scene."""
+    return _model(robot, pairs=NO_PAIRS, against_scene=np.array([index], dtype=np.int32))
+
+
+def _model(robot: Robot, pairs: IntArray, against_scene: IntArray) -> native.Robot:
+    return native_model(
         robot.chain,
         robot.shapes,
         tool=np.eye(4),
@@ -60,4 +68,3 @@ def _is_free(
         pairs=pairs,
         scene_shapes=against_scene,
     )
-    return bool(native.is_free(model, obstacle, q[None])[0])

@@ -17,6 +17,14 @@ NO_SECONDS = dict.fromkeys(
     ("prepare_s", "base_policy_s", "rollouts_s", "cluster_s", "score_s", "select_s", "selection_time_s"), 0.0
 )
 
+FAILURES = {
+    "S": ("", ""),
+    "R": ("", ""),
+    "C": ("collided", "link_4 and table"),
+    "L": ("limits", "joint_2 velocity"),
+    ".": ("lost", ""),
+}
+
 
 class StudyMaker:
     """Writes made-up studies into a lake: one row in `studies`, selections, trials."""
@@ -66,7 +74,10 @@ class StudyMaker:
         pool: Mapping[str, str] = POOL,
         **changes: object,
     ) -> None:
-        """Record a network's trials, one a letter and cm from its target: S settled, R reached, C collided, . lost."""
+        """Record a network's trials, one a letter and cm from its target.
+
+        S settled, R reached, C collided with the table, L broke joint 2's velocity limit, . lost.
+        """
         selection_id = f"{selector}-{budget}-{selection_seed}"
         key = f"{selector}-{budget}-{policy}-{seed}-{selection_seed}-{kind}"
         rows = [
@@ -76,8 +87,9 @@ class StudyMaker:
                 "selection_time_s": 0.5, "train_s": 1.5, "test_id": number, "kind": kind,
                 "target_id": 0 if kind == "displaced" else None,
                 "distance_cm": number if kind == "displaced" else None, "x": 0.0, "y": 0.0, "z": 0.0,
-                "success": outcome in "SR", "settled": outcome == "S", "reached": outcome in "SRC",
-                "collided": outcome == "C", "out_of_limits": False, "steps": 10,
+                "hard": False, "success": outcome in "SR", "settled": outcome == "S", "precise": outcome == "S",
+                "reached": outcome in "SR", "collided": outcome == "C", "out_of_limits": outcome == "L",
+                "failure": FAILURES[outcome][0], "failure_detail": FAILURES[outcome][1], "steps": 10,
                 "final_distance": 0.01 * number, "settled_distance": 0.02 * number, "path_length": 1.0,
                 "joint_movement": 2.0 + number,
             } | changes

@@ -53,6 +53,8 @@ def matrix_markdown(tests: KindResults) -> str:
                 "95 % interval": text.percents(summary.interval),
                 "vs General": stars(summary),
                 "settled": text.percent(summary.settled_rate),
+                "hard": text.percent(summary.hard_rate),
+                "hard n": summary.hard_n,
             }
             for summary in lines(tests)
         ]

@@ -30,6 +30,8 @@ SELECT
     count(*)::INTEGER AS n,
     count_if(success)::INTEGER AS successes,
     count_if(settled)::INTEGER AS settled,
+    count_if(hard)::INTEGER AS hard_n,           -- trials whose straight joint line is not free
+    count_if(hard AND success)::INTEGER AS hard_successes,
     count(DISTINCT (pool, test_id))::INTEGER AS tests,
     count(DISTINCT selection_seed)::INTEGER AS selection_seeds,
     count(DISTINCT seed)::INTEGER AS training_seeds,

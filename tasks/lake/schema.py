@@ -10,7 +10,7 @@ import pyarrow as pa
 from plancurate.errors import UnknownNameError
 
 PART_PATTERN = "part-*.parquet"
-SCHEMA_VERSION = 3  # raise it with every change below: older parts are then refused, not misread
+SCHEMA_VERSION = 4  # raise it with every change below: older parts are then refused, not misread
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,9 @@ _EVALUATIONS = _schema(
     {
         "evaluation_id": _TEXT, "selection_id": _TEXT, "selector": _TEXT, "selection_seed": _INT,
         "policy": _TEXT, "seed": _INT, "n_kept": _INT, "selection_time_s": _REAL, "train_s": _REAL,
-        "test_id": _INT, "kind": _TEXT, "x": _REAL, "y": _REAL, "z": _REAL,
-        "success": _BOOL, "settled": _BOOL, "reached": _BOOL, "collided": _BOOL, "out_of_limits": _BOOL,
+        "test_id": _INT, "kind": _TEXT, "x": _REAL, "y": _REAL, "z": _REAL, "hard": _BOOL,
+        "success": _BOOL, "settled": _BOOL, "precise": _BOOL, "reached": _BOOL, "collided": _BOOL,
+        "out_of_limits": _BOOL, "failure": _TEXT, "failure_detail": _TEXT,
         "steps": _INT, "final_distance": _REAL, "settled_distance": _REAL, "path_length": _REAL,
         "joint_movement": _REAL,
     },

@@ -12,6 +12,7 @@ import torch
 from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
+from plancurate.tasks.learning.failures import COLLIDED, LIMITS, LOST, collision_detail, limits_detail
 from plancurate.tasks.learning.observations import layout, observe, state_at
 from plancurate.tasks.learning.policies.acting import ActingStack, require_layout
 from plancurate.tasks.learning.policies.trained import TrainedPolicy
@@ -21,7 +22,7 @@ from plancurate.tasks.learning.test_targets import TargetsUnderTest
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
-REVISION = 1
+REVISION = 2
 """Raise it when test targets or rollouts come out otherwise than before: the ids of evaluations hold it."""
 
 
@@ -39,15 +40,21 @@ class Trials:
         scene: Scene,
         targets: FloatArray,
         settings: EvaluateSettings,
+        dt: float,
         goals: FloatArray | None = None,
     ) -> None:
-        """Begin at the robot's home; targets (b, 3) are positions of the tool, goals (b, n) joint angles."""
+        """Begin at the robot's home; targets (b, 3) are positions of the tool, goals (b, n) joint angles.
+
+        `dt` is the time that a move takes, s: what it may be long by the joints' velocity limits.
+        """
         b = len(targets)
-        self.robot, self.scene, self.settings = robot, scene, settings
+        self.robot, self.scene, self.settings, self.dt = robot, scene, settings, dt
+        self.longest = dt * robot.velocity
         home = np.tile(robot.home, (b, 1))
         self.state = state_at(robot, scene, home, targets, previous_q=home, goal=goals)
         self.reached = self.distance() < settings.reach_m
         self.collided, self.out_of_limits, self.stopped = (np.zeros(b, dtype=bool) for _ in range(3))
+        self.refused = home  # the joint angles asked for by the move that ended a trial
         self.steps = np.zeros(b, dtype=np.int32)
         self.final_distance = self.distance()
         self.path_length, self.joint_movement = np.zeros(b), np.zeros(b)
@@ -59,13 +66,16 @@ class Trials:
     def move(self, q: FloatArray) -> None:
         """Go to joint angles q (b, n), as far as each trial may."""
         scored = ~(self.reached | self.stopped)
+        now, asked = self.state.q, q
         with np.errstate(invalid="ignore"):
-            inside = ((q >= self.robot.lower) & (q <= self.robot.upper)).all(axis=1)
-        now = self.state.q
+            lower = np.maximum(self.robot.lower, now - self.longest)
+            inside = ((q >= lower) & (q <= np.minimum(self.robot.upper, now + self.longest))).all(axis=1)
         q = np.where((inside & ~self.stopped)[:, None], q, now)
         free = native.edge_is_free(self.robot.native, self.scene.native, now, q, self.settings.resolution)
         self.out_of_limits |= scored & ~inside
         self.collided |= scored & ~free
+        broken = scored & ~(inside & free)
+        self.refused = np.where(broken[:, None], asked, self.refused)
         self.stopped |= ~(inside & free)
         self._arrive(np.where(free[:, None], q, now), scored & ~self.stopped)
 
@@ -78,18 +88,37 @@ class Trials:
         self.final_distance = np.where(scored, self.distance(), self.final_distance)
         self.reached |= scored & (self.final_distance < self.settings.reach_m)
 
+    def failure(self) -> npt.NDArray[np.object_]:
+        """Why each trial (b,) has failed: "collided", "limits" or "lost"; "" for a success."""
+        ends = [self.reached, self.collided, self.out_of_limits]
+        return np.select(ends, ["", COLLIDED, LIMITS], LOST).astype(object)
+
+    def failure_details(self, failure: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
+        """What each trial (b,) collided with first, or which joint's limit it broke; "" for all others."""
+        details = np.full(len(failure), "", dtype=object)
+        for i in np.flatnonzero(self.collided):
+            edge = self.state.q[i], self.refused[i]
+            details[i] = collision_detail(self.robot, self.scene, *edge, self.settings.resolution)
+        for i in np.flatnonzero(self.out_of_limits):
+            details[i] = limits_detail(self.robot, self.state.q[i], self.refused[i], self.dt)
+        return details
+
     def columns(self) -> dict[str, npt.NDArray[np.generic]]:
         """One value a trial for each measured column."""
-        near = self.distance() < self.settings.reach_m
+        distance = self.distance()
+        failure = self.failure()
         return {
             "success": self.reached,
             "reached": self.reached,
-            "settled": near & ~self.stopped,
+            "failure": failure,
+            "failure_detail": self.failure_details(failure),
+            "settled": (distance < self.settings.reach_m) & ~self.stopped,
+            "precise": (distance < self.settings.precise_m) & ~self.stopped,
             "collided": self.collided,
             "out_of_limits": self.out_of_limits,
             "steps": self.steps,
             "final_distance": self.final_distance,
-            "settled_distance": self.distance(),
+            "settled_distance": distance,
             "path_length": self.path_length,
             "joint_movement": self.joint_movement,
         }
@@ -101,6 +130,7 @@ def roll_out(
     scene: Scene,
     tests: TargetsUnderTest,
     settings: EvaluateSettings,
+    dt: float,
     goals: FloatArray | None = None,
 ) -> list[pa.Table]:
     """Roll every policy out on every test from the robot's home; gives a table of trials for each policy.
@@ -108,17 +138,18 @@ def roll_out(
     All policies are of one kind and of the same sizes, as `train` returns them; each sees the terms that it was
     trained on, and PlancurateError says so where these are not alike or are others for this robot. `goals`
     (tests, n) are joint angles to end at, for terms that ask for them. The policy's next joint angles become
-    the next state. Columns: test_id, kind, target_id, distance_cm, x, y, z of the test;
-    success (reached with every move up to then inside the limits and free), reached (the same, since a rule
-    broken before ends the trial), collided and out_of_limits (which rule ended it), settled (still within
-    reach at the step limit, with no rule broken on the way); steps, final_distance, path_length and
-    joint_movement when the scored part ended; settled_distance at the step limit.
+    the next state, `dt` s later. Columns: test_id, kind, target_id, distance_cm, x, y, z of the test, hard where
+    it is known; success (reached with every move up to then inside the position and velocity limits and free),
+    reached (the same, since a rule broken before ends the trial), collided and out_of_limits (which rule ended it),
+    failure (collided, limits or lost) and failure_detail (the first contact; the joint and its limit), settled and
+    precise (within reach_m and precise_m at the step limit, with no rule broken on the way); steps,
+    final_distance, path_length and joint_movement when the scored part ended; settled_distance at the step limit.
     """
     stack = ActingStack(policies, settings.device)
     terms = [name for name, _ in policies[0].layout]
     require_layout(policies[0], layout(terms, robot))
     repeated = None if goals is None else np.tile(goals, (len(policies), 1))
-    trials = Trials(robot, scene, np.tile(tests.position, (len(policies), 1)), settings, repeated)
+    trials = Trials(robot, scene, np.tile(tests.position, (len(policies), 1)), settings, dt, repeated)
     shape = (len(policies), len(tests), -1)
     for _ in range(settings.max_steps):
         observations = torch.from_numpy(observe(terms, trials.state)).view(shape)
@@ -134,7 +165,7 @@ def trial_table(tests: TargetsUnderTest, measured: dict[str, npt.NDArray[np.gene
     """Trials of one policy: the tests' columns and the measured ones."""
     x, y, z = tests.position.T
     tested = {
-        "test_id": np.arange(len(tests), dtype=np.int32),
+        "test_id": tests.test_id,
         "kind": tests.kind,
         "target_id": tests.target_id,
         "distance_cm": pa.array(tests.distance_cm, mask=tests.distance_cm < 0),
@@ -142,4 +173,5 @@ def trial_table(tests: TargetsUnderTest, measured: dict[str, npt.NDArray[np.gene
         "y": y,
         "z": z,
     }
-    return pa.table(tested | measured)
+    hard = {} if tests.hard is None else {"hard": tests.hard}
+    return pa.table(tested | hard | measured)

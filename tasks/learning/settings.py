@@ -91,6 +91,9 @@ class EvaluateSettings(Settings):
 
     max_steps: int = Field(200, ge=1, description="steps after which a rollout ends")
     reach_m: float = Field(0.05, gt=0, description="a target is reached when the tool is nearer than this, m")
+    precise_m: float = Field(
+        0.01, gt=0, description="it is reached precisely when the tool ends nearer than this, m"
+    )
     resolution: float = Field(
         0.05, gt=0, description="largest joint step between collision checks of a move, rad"
     )

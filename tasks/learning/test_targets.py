@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from plancurate.robots.robot import Robot
+from plancurate.robots.scene import Scene
+from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.targets import Target
+from plancurate.tasks.learning.reach import reach
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -28,6 +32,10 @@ class TargetsUnderTest:
     """Displacement; -1 for unseen targets."""
     position: FloatArray
     """(t, 3), m."""
+    test_id: npt.NDArray[np.int32]
+    """Number of each among all that were drawn."""
+    hard: npt.NDArray[np.bool_] | None = None
+    """Whether the straight joint line to the nearest goal is not free; None where nobody looked."""
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -48,6 +56,7 @@ def displaced_tests(targets: Sequence[Target], seed: int) -> TargetsUnderTest:
         target_id=np.repeat([target.target_id for target in targets], len(cm)).astype(np.int32),
         distance_cm=np.tile(cm, len(targets)),
         position=np.concatenate(positions) if positions else np.empty((0, 3)),
+        test_id=np.arange(len(cm) * len(targets), dtype=np.int32),
     )
 
 
@@ -58,16 +67,41 @@ def unseen_tests(targets: Sequence[Target]) -> TargetsUnderTest:
         target_id=np.array([target.target_id for target in targets], dtype=np.int32),
         distance_cm=np.full(len(targets), -1, dtype=np.int32),
         position=np.array([target.position for target in targets]).reshape(-1, 3),
+        test_id=np.arange(len(targets), dtype=np.int32),
     )
 
 
 def join_tests(*parts: TargetsUnderTest) -> TargetsUnderTest:
-    """All tests of several parts, in order."""
+    """All tests of several parts, in order and numbered anew."""
     return TargetsUnderTest(
         kind=tuple(kind for part in parts for kind in part.kind),
         target_id=np.concatenate([part.target_id for part in parts]),
         distance_cm=np.concatenate([part.distance_cm for part in parts]),
         position=np.concatenate([part.position for part in parts]),
+        test_id=np.arange(sum(map(len, parts)), dtype=np.int32),
+    )
+
+
+def reachable_tests(
+    tests: TargetsUnderTest, robot: Robot, scene: Scene, settings: GenerateSettings, seed: int
+) -> TargetsUnderTest:
+    """The tests, under their numbers and marked where they are hard, less displaced ones that no planner reaches.
+
+    A test's goals and plan depend on its number and the seed, never on which others there are.
+    """
+    found = [
+        reach(robot, scene, position, settings, (seed, int(number)))
+        for position, number in zip(tests.position, tests.test_id, strict=True)
+    ]
+    kept = [i for i, one in enumerate(found) if one.planned or tests.kind[i] != "displaced"]
+    return replace(
+        tests,
+        kind=tuple(tests.kind[i] for i in kept),
+        target_id=tests.target_id[kept],
+        distance_cm=tests.distance_cm[kept],
+        position=tests.position[kept],
+        test_id=tests.test_id[kept],
+        hard=np.array([found[i].hard for i in kept], dtype=bool),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from plancurate.tasks.report import figures, measured_figures, selection_tables, tables
+from plancurate.tasks.report import failure_table, figures, measured_figures, selection_tables, tables
 from plancurate.tasks.report.contents import Report, Section, Table
 from plancurate.tasks.report.setup import setup
 from plancurate.tasks.report.source import Source
@@ -46,12 +46,16 @@ def fresh_targets(source: Source) -> Section:
         f"Targets that no policy was trained on; the publication has no such tests. {SELECTION} {HOW_SURE}"
     )
     drawn = [figures.fresh_bars(source), *filter(None, [figures.scene_map(source)])]
-    return Section("fresh", "Success at fresh targets", words, drawn, [tables.success_table(source)])
+    shown = [tables.success_table(source), failure_table.failure_table(source)]
+    return Section("fresh", "Success at fresh targets", words, drawn, shown)
 
 
 def displaced_targets(source: Source) -> list[Section]:
     """The publication's tests: success by selector, policy and distance, and how the rollouts went."""
-    words = "Tests at the trained targets and up to 5 cm from them, as in the publication."
+    words = (
+        "Tests at the trained targets and up to 5 cm from them, as in the publication, where a planner reaches them; "
+        f"{source.results.dropped_tests} of them are left out."
+    )
     if source.results.headline.kind == "displaced":
         words = f"{words} {SELECTION} {HOW_SURE}"
     drawn = [
@@ -79,7 +83,7 @@ def displaced_targets(source: Source) -> list[Section]:
             "Quality of the rollouts",
             "A rollout is one run of a policy towards one test target.",
             [measured_figures.quality_bars(source), measured_figures.quality_forest(source)],
-            [tables.quality_table(source)],
+            [tables.quality_table(source), failure_table.failure_table(source)],
         ),
     ]
 

@@ -42,16 +42,18 @@ def success_table(source: Source) -> Table[SummaryRow]:
         note="In percent, all policies together, with a 95 % interval (bootstrap over selection "
         "seeds, training seeds and test targets; one of a kind shows no spread and adds none) and "
         f"the gain over General in points. {STARS} Best: the first of its scene; tie: the tests can't tell it from the "
-        f"first. {PLAIN} Wilson's interval likewise.",
+        "first. Hard: of the n trials whose target's straight joint line, from the start to the nearest goal "
+        f"configuration, is not free. {PLAIN} Wilson's interval likewise.",
         rows=rows,
         headers=(*source.headers, "n", "success %", *(() if fresh else ("published %",)), "95 %",
                  "selection seeds x training seeds x targets", "",
-                 "gain", "95 %", "Holm p", "settled %", "95 %", "publication's: Wilson 95 %", "z", "p"),
+                 "gain", "95 %", "Holm p", "settled %", "95 %", "hard %", "n", "publication's: Wilson 95 %", "z", "p"),
         cells=[
             [*source.heads(row), str(row.n), text.percent(row.success_rate),
              *(() if fresh else (text.percent(row.published),)), text.percents(row.interval),
              f"{row.selection_seeds} x {row.training_seeds} x {row.tests}",
              standing(row), *gain_cells(row.gain), text.percent(row.settled_rate), text.percents(row.settled_interval),
+             text.percent(row.hard_rate), str(row.hard_n),
              text.percents(row.wilson), *plain_cells(row.gain.z_test if row.gain else None)]
             for row in rows
         ],

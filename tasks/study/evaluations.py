@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import pyarrow as pa
 import torch
@@ -12,13 +13,12 @@ from plancurate.tasks.candidates.targets import sample_targets
 from plancurate.tasks.learning import rollouts
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.test_targets import (
-    TESTS_BY_DISTANCE,
     TargetsUnderTest,
     displaced_tests,
     join_tests,
+    reachable_tests,
     unseen_tests,
 )
-from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.identity import digest
 from plancurate.tasks.study.networks import Network, load_network, wanted_networks
@@ -27,8 +27,15 @@ from plancurate.tasks.study.selections import make_selection, study_pool, wanted
 UNSEEN_SEED_OFFSET = 1_000_003  # unseen targets come from another seed than the training targets
 
 
+@lru_cache(maxsize=8)  # many groups of networks are tested alike, and each test is planned to
 def study_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
-    """Return a pool's tests: training targets displaced, and fresh targets where the study asks for some."""
+    """Return a pool's tests: training targets displaced, where a planner reaches them, and fresh targets if asked."""
+    tests = drawn_tests(study, pool)
+    return reachable_tests(tests, pool.robot, pool.scene, pool.settings, study.config.evaluation.seed)
+
+
+def drawn_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
+    """Return all tests that a study draws for a pool, whether or not they can be reached."""
     config = study.config
     targets = stored_targets(study.lake, pool.partition)[: config.n_targets]
     displaced = displaced_tests(targets, config.evaluation.seed)
@@ -48,9 +55,9 @@ def evaluation_id(study: StudyContext, network: Network) -> str:
     return f"{network.network_id}-{digest(content, 8)}"
 
 
-def tests_per_network(config: StudyConfig) -> int:
-    """Count the tests of one network."""
-    return config.n_targets * sum(TESTS_BY_DISTANCE.values()) + config.unseen
+def count_rollouts(study: StudyContext, networks: Sequence[Network]) -> int:
+    """Count the trials of networks."""
+    return sum(len(study_tests(study, study.pool(network.selection.pool))) for network in networks)
 
 
 def missing_evaluations(study: StudyContext) -> list[Network]:
@@ -84,7 +91,9 @@ def evaluate_networks(study: StudyContext, networks: Sequence[Network]) -> int:
     pool = study.pool(networks[0].selection.pool)
     tests = study_tests(study, pool)
     trained = [load_network(study, network) for network in networks]
-    tables = rollouts.roll_out(trained, pool.robot, pool.scene, tests, study.config.evaluation)
+    tables = rollouts.roll_out(
+        trained, pool.robot, pool.scene, tests, study.config.evaluation, pool.settings.timing.dt
+    )
     for network, policy, trials in zip(networks, trained, tables, strict=True):
         rows = trial_rows(study, network, policy, trials)
         key = evaluation_id(study, network)

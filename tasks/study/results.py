@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.store import Lake
+from plancurate.tasks.learning.test_targets import TESTS_BY_DISTANCE
 from plancurate.tasks.study.pools import study_pools
-from plancurate.tasks.study.rows import ResultRow
+from plancurate.tasks.study.rows import ALL_SCENES, ResultRow
 from plancurate.tasks.study.selection_results import (
     below_random_rows,
     coverage_rows,
@@ -45,6 +46,13 @@ class StudyResults:
                 f"study {self.study.study}: no {kind} tests; it has {', '.join(self.tests)}"
             )
         return self.tests[kind]
+
+    @property
+    def dropped_tests(self) -> int:
+        """How many displaced test targets are left out, for no planner reaches them."""
+        each = sum(TESTS_BY_DISTANCE.values())
+        tested = {row.group: row.tests for row in self.on("displaced").summaries if row.scene != ALL_SCENES}
+        return sum(each * self.study.pools[0].n_targets - tests for tests in tested.values())
 
     @property
     def headline(self) -> KindResults:

@@ -127,6 +127,9 @@ class SummaryRow(Row):
     """The publication's interval."""
     settled_rate: float
     settled_interval: Interval
+    hard_n: int
+    """Trials of the hard subset: the straight joint line to the nearest goal is not free."""
+    hard_successes: int
     tests: int
     """Different test targets."""
     selection_seeds: int
@@ -143,6 +146,11 @@ class SummaryRow(Row):
     """1 plus the number of selections of the group with a higher rate."""
     best: bool
     """Whether it is the first of its group, or not significantly below it (Holm over the group)."""
+
+    @property
+    def hard_rate(self) -> float | None:
+        """Success on the hard subset; None where no trial is of it."""
+        return self.hard_successes / self.hard_n if self.hard_n else None
 
 
 @dataclass(frozen=True)
@@ -191,3 +199,16 @@ class QualityRow(Row):
     """At the step limit; the publication has none."""
     path_length: Mean
     joint_movement: Mean
+
+
+@dataclass(frozen=True)
+class FailureRow(Row):
+    """One reason for which trials of a selection failed."""
+
+    failure: str
+    """collided, limits or lost."""
+    failure_detail: str
+    """What touched what first, or which joint's limit was broken; empty for lost trials."""
+    n: int
+    """Trials, successes included."""
+    failures: int

@@ -13,6 +13,7 @@ from plancurate.tasks.study.means import mean_interval
 from plancurate.tasks.study.published import published_results
 from plancurate.tasks.study.rows import (
     DistanceRow,
+    FailureRow,
     Mean,
     PolicyRow,
     QualityRow,
@@ -41,6 +42,8 @@ class KindResults:
     distances: list[DistanceRow]
     """Empty for unseen targets."""
     quality: list[QualityRow]
+    failures: list[FailureRow]
+    """The commonest reason of each selection first."""
     agreement: list[AgreementRow]
     """Empty for unseen targets, which the publication did not test."""
 
@@ -53,7 +56,7 @@ def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
 
     trials = network_trials(lake.query("results/outcomes", study=study, kind=kind))
     if not trials:
-        return KindResults(kind, [], [], [], [], [], [])
+        return KindResults(kind, [], [], [], [], [], [], [])
     published = published_results() if kind == "displaced" else {}
     bootstrap = Bootstrap(trials)
     drawn = bootstrap.draw()
@@ -66,6 +69,7 @@ def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
         policies=in_order(policy_rows(rows("by_policy"), drawn, published), summaries),
         distances=in_order(distances, summaries),
         quality=in_order(quality_rows(rows("quality"), published), summaries),
+        failures=in_order([FailureRow(**row) for row in rows("failures")], summaries),
         agreement=agreement_rows(summaries, published),
     )
 

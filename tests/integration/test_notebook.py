@@ -27,7 +27,8 @@ wanted = {selection.title: selection for selection in study_selections(study)}["
 data = selected_demonstrations(study, wanted)
 settings = study.config.training.model_copy(update={"steps": 20})
 trained = train("BC_MLP", [data], [0], settings)
-trials = roll_out(trained, pool.robot, pool.scene, study_tests(study, pool), study.config.evaluation)
+tests, dt = study_tests(study, pool), pool.settings.timing.dt
+trials = roll_out(trained, pool.robot, pool.scene, tests, study.config.evaluation, dt)
 rows = study_results(study.lake, study.study).headline.summaries
 print(len(data.lengths), trials[0].num_rows, len(rows))
 print("prefect" in sys.modules, "mlflow" in sys.modules)

@@ -89,7 +89,7 @@ def test_a_demonstration_and_a_rollout_of_it_observe_the_same(robot: Robot) -> N
         robot, SCENE, [path, path[::2]], np.repeat(target, 2, 0), TrainSettings(observation=terms)
     )
     for start, way in zip(data.starts, (path, path[::2]), strict=True):
-        trials = Trials(robot, SCENE, target, EvaluateSettings())
+        trials = Trials(robot, SCENE, target, EvaluateSettings(), dt=0.1)
         for step in range(len(way) + 3):
             seen = observe(terms, trials.state)[0].astype(np.float32)
             np.testing.assert_array_equal(seen, data.observations[start + step])
@@ -102,9 +102,8 @@ def test_the_action_is_added_to_the_joints_whatever_is_observed(robot: Robot) ->
     for terms in (BASIC, ("joint_positions", "target_offset"), ("target_offset",)):
         policy = trained_on(robot, terms)[0]
         zero = {name: torch.zeros_like(value) for name, value in policy.weights.items()}
-        trial = roll_out([replace(policy, weights=zero)], robot, SCENE, tests, EvaluateSettings(max_steps=7))[
-            0
-        ]
+        still = replace(policy, weights=zero)
+        trial = roll_out([still], robot, SCENE, tests, EvaluateSettings(max_steps=7), dt=0.1)[0]
         mean = policy.normaliser.action_mean.double().abs().sum().item()
         assert trial["joint_movement"][0].as_py() == pytest.approx(7 * mean, rel=1e-6)
 
@@ -145,7 +144,7 @@ def test_a_term_in_one_file_outside_the_package_is_trained_on_and_rolled_out(
     tests, settings = at_ends(robot, end), EvaluateSettings(max_steps=40)
     policy.save(tmp_path / "policy")
     there, elsewhere = (
-        roll_out([load_policy(tmp_path / "policy")], robot, SCENE, tests, settings, goals=goal[None])[0]
+        roll_out([load_policy(tmp_path / "policy")], robot, SCENE, tests, settings, 0.1, goal[None])[0]
         for goal in (end, 2 * robot.home - end)
     )
     assert there["success"].to_pylist() == [True]
@@ -180,10 +179,10 @@ def test_a_policy_refuses_other_terms_and_a_robot_for_which_they_have_another_si
         PlancurateError,
         match=r"BC_MLP was trained on the observation joint_positions \(6\), target_offset \(3\); target_offset \(3\)",
     ):
-        roll_out([policy, other], robot, SCENE, tests, settings)
+        roll_out([policy, other], robot, SCENE, tests, settings, dt=0.1)
     seven = load_robot(str(robot_folders["seven"]))
     with pytest.raises(PlancurateError, match=r"target_offset \(3\), joint_positions \(7\) can't be given"):
-        roll_out([policy], seven, SCENE, tests, settings)
+        roll_out([policy], seven, SCENE, tests, settings, dt=0.1)
 
 
 def test_training_refuses_demonstrations_made_of_other_terms(robot: Robot) -> None:

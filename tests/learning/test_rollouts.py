@@ -9,14 +9,16 @@ import pytest
 import torch
 
 from plancurate import native
-from plancurate.robots import Robot, Scene, load_robot, load_scene
-from plancurate.tasks.candidates.targets import Target
+from plancurate.robots import Robot, Scene, colliding_pairs, load_robot, load_scene
+from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.candidates.targets import Target, sample_targets
 from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_policy
 from plancurate.tasks.learning.rollouts import Trials, roll_out
 from plancurate.tasks.learning.settings import EvaluateSettings
-from plancurate.tasks.learning.test_targets import displaced_tests, join_tests, unseen_tests
+from plancurate.tasks.learning.test_targets import displaced_tests, join_tests, reachable_tests, unseen_tests
 
 NONE = np.empty((0, 6))
+DT = 0.05
 LAYOUT = (("target_offset", 3), ("joint_positions", 6))
 
 
@@ -48,7 +50,7 @@ def reference(
     """One rollout, one step at a time, written for reading."""
     weights = {name: value[None] for name, value in policy.weights.items()}
     norm = policy.normaliser
-    q, memory = robot.home.copy(), None
+    q, memory, failure = robot.home.copy(), None, "lost"
     place = tool(robot, q[None])[0]
     way, moved, steps, distance = 0.0, 0.0, 0, float(np.linalg.norm(target - place))
     reached, collided, outside, broken = distance < settings.reach_m, False, False, False
@@ -60,7 +62,8 @@ def reference(
         action, memory = policy.policy.step(weights, seen[None, None], memory)
         change = (action[0, 0] * norm.action_scale + norm.action_mean).double().detach().numpy()
         following = q + change if policy.action == "delta" else change
-        out = bool(((following < robot.lower) | (following > robot.upper)).any())
+        fast = bool((np.abs(following - q) / DT > robot.velocity).any())
+        out = fast or bool(((following < robot.lower) | (following > robot.upper)).any())
         hit = (
             not out
             and not native.edge_is_free(
@@ -70,6 +73,7 @@ def reference(
         if out or hit:
             broken = True
             outside, collided = outside or (out and not reached), collided or (hit and not reached)
+            failure = "limits" if out else "collided"
             break
         after = tool(robot, following[None])[0]
         if not reached:
@@ -81,7 +85,8 @@ def reference(
         q, place = following, after
     end = float(np.linalg.norm(target - place))
     return {
-        "success": reached, "settled": not broken and end < settings.reach_m, "collided": collided,
+        "success": reached, "failure": "" if reached else failure, "collided": collided,
+        "settled": not broken and end < settings.reach_m, "precise": not broken and end < settings.precise_m,
         "out_of_limits": outside, "steps": steps, "final_distance": distance, "settled_distance": end,
         "path_length": way, "joint_movement": moved,
     }  # fmt: skip
@@ -95,9 +100,9 @@ def test_batched_rollout_equals_one_trial_at_a_time(robot: Robot, name: str, act
     goals = robot.home + np.linspace(-0.6, 0.6, 5)[:, None] * np.array([1.0, 1, -1, 0.5, -1, 1])
     tests = unseen_tests([Target(k, place, NONE) for k, place in enumerate(tool(robot, goals))])
     settings = EvaluateSettings(max_steps=60, reach_m=0.2)
-    rows = [row for table_ in roll_out(policies, robot, table, tests, settings) for row in table_.to_pylist()]
-    outcomes = {(row["success"], row["collided"], row["out_of_limits"]) for row in rows}
-    assert len(outcomes) > 1
+    tables = roll_out(policies, robot, table, tests, settings, DT)
+    rows = [row for table_ in tables for row in table_.to_pylist()]
+    assert len({row["failure"] for row in rows}) > (action == "delta")
     expected = [
         reference(policy, robot, table, place, settings) for policy in policies for place in tests.position
     ]
@@ -113,12 +118,13 @@ class Told:
     robot: Robot
     scene: Scene
     target: np.ndarray
+    dt: float = 1.0
 
     def run(self, states: Sequence[np.ndarray]) -> dict[str, object]:
-        trials = Trials(self.robot, self.scene, self.target[None], EvaluateSettings())
+        trials = Trials(self.robot, self.scene, self.target[None], EvaluateSettings(), self.dt)
         for q in states:
             trials.move(q[None])
-        return {name: value[0].item() for name, value in trials.columns().items()}
+        return {name: value.tolist()[0] for name, value in trials.columns().items()}
 
 
 @pytest.fixture
@@ -171,9 +177,55 @@ def test_trial_that_collides_between_two_free_states_fails(told: Told) -> None:
     homes = np.tile(robot.home, (len(drawn), 1))
     way_free = native.edge_is_free(robot.native, scene.native, homes, drawn, 0.05)
     beyond = drawn[free & ~way_free][0]
-    trial = Told(robot, scene, tool(robot, beyond[None])[0]).run([beyond])
+    trial = Told(robot, scene, tool(robot, beyond[None])[0], dt=10.0).run([beyond])
     assert (trial["success"], trial["collided"], trial["out_of_limits"]) == (False, True, False)
     assert trial["joint_movement"] == 0
+
+
+def test_a_move_faster_than_a_joint_may_turn_breaks_a_limit(robot: Robot, scene: Scene) -> None:
+    target = tool(robot, robot.home[None] + [[0.3, 0, 0, 0, 0, 0]])[0]
+    step = robot.velocity[0] * 0.05
+    slow = Told(robot, scene, target, dt=0.05).run(turn(robot, 0.999 * step, 0.0))
+    assert (slow["failure"], slow["steps"]) == ("lost", 2)
+    fast = Told(robot, scene, target, dt=0.05).run(turn(robot, 0.5 * step, -0.501 * step, 0.3))
+    assert (fast["failure"], fast["failure_detail"], fast["steps"]) == ("limits", "joint_1 velocity", 1)
+    assert fast["out_of_limits"]
+    assert not fast["success"]
+
+
+def test_the_joint_farthest_over_a_limit_is_named(told: Told) -> None:
+    robot = told.robot
+
+    def detail(q: np.ndarray) -> object:
+        return replace(told, dt=0.05).run([q])["failure_detail"]
+
+    beyond = robot.home.copy()
+    beyond[[1, 2]] = robot.upper[[1, 2]] + [0.1, 0.2]
+    assert detail(beyond) == "joint_3 position"  # faster than any joint may as well
+    assert (
+        detail(robot.home + np.array([0, 0.2, 0, 0, 0.3, 0])) == "joint_2 velocity"
+    )  # 2.9 times; joint 5: 1.9 times
+    assert detail(robot.home + np.array([0, 0, 0, np.nan, 0, 0])) == "joint_4 position"
+
+
+def test_a_collision_names_what_is_met_first_on_the_way(robot: Robot, scene: Scene) -> None:
+    down = robot.home.copy()
+    down[1:3] = robot.upper[1:3]
+    steps = np.linspace(robot.home, down, 200)
+    first = next(q for q in steps if not native.is_free(robot.native, scene.native, q[None])[0])
+    assert colliding_pairs(robot, scene, first) != colliding_pairs(robot, scene, down)
+    trial = Told(robot, scene, tool(robot, down[None])[0], dt=10.0).run([down])
+    assert trial["failure"] == "collided"
+    assert trial["failure_detail"] in colliding_pairs(robot, scene, first)
+
+
+def test_precise_asks_for_a_centimetre_at_the_end_and_no_rule_broken(told: Told) -> None:
+    near, far = 0.3 - 0.008 / np.linalg.norm(told.target[:2]), 0.3 - 0.012 / np.linalg.norm(told.target[:2])
+    for angles, precise in (((near,), True), ((far,), False), ((near, far), False), ((far, near), True)):
+        trial = told.run(turn(told.robot, *angles))
+        assert (trial["settled"], trial["precise"]) == (True, precise)
+    spoilt = told.run([*turn(told.robot, 0.3), np.full(6, 99.0)])
+    assert (spoilt["success"], spoilt["precise"], spoilt["failure"]) == (True, False, "")
 
 
 def test_rule_broken_after_reaching_spoils_settling_alone(told: Told) -> None:
@@ -186,7 +238,7 @@ def test_memory_is_reset_every_window(robot: Robot, scene: Scene) -> None:
     tests = unseen_tests([Target(0, np.array([0.0, 0.0, 9.0]), NONE)])
 
     def way(policy: TrainedPolicy, steps: int) -> float:
-        rows: pa.Table = roll_out([policy], robot, scene, tests, EvaluateSettings(max_steps=steps))[0]
+        rows: pa.Table = roll_out([policy], robot, scene, tests, EvaluateSettings(max_steps=steps), DT)[0]
         return float(rows["joint_movement"][0].as_py())
 
     policy = trained("BC_RNN", 0, 0.01)
@@ -214,10 +266,42 @@ def test_tests_of_a_target_depend_on_it_and_the_seed_alone() -> None:
     assert not np.array_equal(one.position[1:], displaced_tests([second], 4).position[1:])
 
 
+def test_displaced_tests_that_no_planner_reaches_are_left_out_and_the_others_keep_their_numbers(
+    robot: Robot, scene: Scene
+) -> None:
+    far = Target(0, np.array([0.0, 0.0, 9.0]), NONE)
+    near = Target(1, np.array([0.75, -0.13, 1.14]), NONE)
+    settings = GenerateSettings()
+    tests = join_tests(displaced_tests([far, near], 3), unseen_tests([far, near]))
+    kept = reachable_tests(tests, robot, scene, settings, seed=3)
+    assert kept.test_id.tolist() == list(range(16, 34))
+    np.testing.assert_array_equal(kept.position, tests.position[16:])
+    assert kept.target_id.tolist() == [1] * 16 + [0, 1]
+    assert kept.hard is not None
+    assert kept.hard.tolist() == [False] * 16 + [True, False]
+    rows = roll_out([trained("BC_MLP", 0)], robot, scene, kept, EvaluateSettings(max_steps=2), DT)[0]
+    assert rows["test_id"].to_pylist() == list(range(16, 34))
+    assert rows["hard"].to_pylist() == kept.hard.tolist()
+
+
+def test_a_test_is_hard_where_the_straight_line_to_the_nearest_goal_is_not_free(robot: Robot) -> None:
+    table, settings = load_scene("table"), GenerateSettings()
+    targets = sample_targets(robot, table, settings.targets, 0, 12)
+    found = reachable_tests(unseen_tests(targets), robot, table, settings, seed=8).hard
+    assert found is not None
+    expected = []
+    for target in targets:  # its goals come from another draw
+        nearest = min(target.goals, key=lambda goal: float(np.linalg.norm(goal - robot.home)))
+        line = np.linspace(robot.home, nearest, 500)
+        expected.append(not native.is_free(robot.native, table.native, line).all())
+    assert found.tolist() == expected
+    assert set(expected) == {False, True}
+
+
 def test_unseen_tests_have_no_distance_in_their_rows(robot: Robot, scene: Scene) -> None:
     targets = [Target(9, np.array([0.5, 0.2, 0.9]), NONE)]
     tests = join_tests(displaced_tests(targets, 0), unseen_tests(targets))
-    rows = roll_out([trained("BC_MLP", 0)], robot, scene, tests, EvaluateSettings(max_steps=3))[0]
+    rows = roll_out([trained("BC_MLP", 0)], robot, scene, tests, EvaluateSettings(max_steps=3), DT)[0]
     assert rows["test_id"].to_pylist() == list(range(17))
     assert rows["kind"].to_pylist() == ["displaced"] * 16 + ["unseen"]
     assert rows["distance_cm"].to_pylist() == [0, *np.repeat(range(1, 6), 3).tolist(), None]
@@ -228,8 +312,8 @@ def test_policies_side_by_side_move_as_each_does_alone(robot: Robot, scene: Scen
     policies = [trained("BC_RNN", seed, 0.02) for seed in range(3)]
     tests = displaced_tests([Target(0, np.array([0.8, 0.1, 0.8]), NONE)], 0)
     settings = EvaluateSettings(max_steps=30)
-    together = roll_out(policies, robot, scene, tests, settings)
+    together = roll_out(policies, robot, scene, tests, settings, DT)
     for policy, rows in zip(policies, together, strict=True):
-        alone = roll_out([policy], robot, scene, tests, settings)[0]
+        alone = roll_out([policy], robot, scene, tests, settings, DT)[0]
         for column in ("settled_distance", "joint_movement"):
             np.testing.assert_allclose(rows[column].to_numpy(), alone[column].to_numpy(), rtol=1e-6)

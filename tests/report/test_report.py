@@ -98,7 +98,7 @@ def test_table_a1_shows_rates_gains_ties_and_the_publications_test_beside(
     assert table.headers == (
         "selector", "k", "n", "success %", "published %", "95 %",
         "selection seeds x training seeds x targets", "", "gain", "95 %", "Holm p", "settled %",
-        "95 %", "publication's: Wilson 95 %", "z", "p",
+        "95 %", "hard %", "n", "publication's: Wilson 95 %", "z", "p",
     )  # fmt: skip
     best = results.headline.summaries[0]
     assert best.gain is not None
@@ -106,7 +106,7 @@ def test_table_a1_shows_rates_gains_ties_and_the_publications_test_beside(
     assert lines["KMeans_Hybrid", "2"] == [
         "16", "93.8", "79.1", percents(best.interval), "1 x 2 x 4", "best",
         f"+68.8 {best.gain.stars}", percents(best.gain.interval), f"{best.gain.holm_p:.3f}", "81.2",
-        percents(best.settled_interval), "[71.7, 98.9]", "3.96", "< 0.001 ***",
+        percents(best.settled_interval), "\N{EN DASH}", "0", "[71.7, 98.9]", "3.96", "< 0.001 ***",
     ]  # fmt: skip
     assert lines["General", "all"][5:9] == ["tie", "", "", ""]  # four targets tell little apart
     assert lines["Random", "2"][2] == "\N{EN DASH}"
@@ -133,6 +133,19 @@ def test_table_a3_has_a_column_for_each_distance_with_stars_and_p(report: Report
     # z = (2/4 - 3/4) / sqrt(5/8 * 3/8 * 2/4), the publication's test of Random at 0 cm
     assert gains[0]["z_test"]["statistic"] == pytest.approx(-0.7303, abs=1e-4)
     assert all(0 < gain["p"] <= gain["holm_p"] <= 1 for gain in gains)
+
+
+def test_failures_show_each_kind_with_its_commonest_detail(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("failing", "aaaaaaaa")
+    maker.test(study, "General", None, "BC_MLP", "SSCCL...")
+    maker.test(study, "General", None, "BC_MLP", "C", seed=1, failure_detail="link_4 and ground")
+    maker.test(study, "KMeans_Hybrid", 2, "BC_MLP", "SR")
+    report = build_report(study_results(small_lake, study))
+    lines = cells(report, "failures")
+    assert lines["General", "all"] == [
+        "9", "77.8", "33.3", "link_4 and table", "11.1", "joint_2 velocity", "33.3",
+    ]  # fmt: skip
+    assert lines["KMeans_Hybrid", "2"] == ["2", "0.0", "0.0", "\N{EN DASH}", "0.0", "\N{EN DASH}", "0.0"]
 
 
 def test_table_a4_has_means_with_t_intervals_and_welch_stars(small_lake: Lake, maker: Any) -> None:

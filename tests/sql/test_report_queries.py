@@ -72,6 +72,21 @@ def test_outcomes_are_lists_by_test_target(small_lake: Lake, study: str) -> None
     assert unseen[-1] == [-1, -1]
 
 
+def test_failures_are_counted_by_reason_and_detail(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("failing", "aaaaaaaa")
+    maker.test(study, "DBSCAN", 2, "BC_MLP", "SCLL")
+    maker.test(study, "DBSCAN", 2, "BC_RNN", "C..R")
+    maker.test(study, "DBSCAN", 2, "BC_RNN", "C", seed=1, failure_detail="link_4 and ground")
+    maker.test(study, "General", None, "BC_MLP", "SR")
+    maker.test(study, "General", None, "BC_MLP", "L", kind="unseen")
+    assert answer(small_lake, "failures", study) == [
+        ("DBSCAN", 2, "collided", "link_4 and table", 9, 2),
+        ("DBSCAN", 2, "limits", "joint_2 velocity", 9, 2),
+        ("DBSCAN", 2, "lost", "", 9, 2),
+        ("DBSCAN", 2, "collided", "link_4 and ground", 9, 1),
+    ]
+
+
 def test_quality_has_means_and_sample_deviations(small_lake: Lake, study: str) -> None:
     dbscan, general = small_lake.query("results/quality", study=study, kind="displaced").to_pylist()
     assert (dbscan["selector"], dbscan["budget"], dbscan["n"]) == ("DBSCAN", 2, 12)

@@ -88,6 +88,24 @@ def test_totals_run_over_policies_and_seeds(results: StudyResults) -> None:
     assert summary(results, "General").interval_over == "targets only"
 
 
+def test_displaced_tests_that_were_left_out_are_counted(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("left-out", "aaaaaaaa", pools=[(FREE, ""), (TABLE, "")])
+    maker.test(study, "General", None, "BC_MLP", 45 * "S")  # of 3 targets with 16 tests each
+    maker.test(study, "General", None, "BC_MLP", 48 * "S", pool=TABLE)
+    assert study_results(small_lake, study).dropped_tests == 3
+
+
+def test_the_hard_subset_is_counted_apart(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("hard", "aaaaaaaa")
+    maker.test(study, "General", None, "BC_MLP", "SSS.")
+    maker.test(study, "General", None, "BC_MLP", "RC..", seed=1, hard=True)
+    maker.test(study, "KMeans_Hybrid", 2, "BC_MLP", "SS..")
+    results = study_results(small_lake, study)
+    general, hybrid = summary(results, "General"), summary(results, "KMeans_Hybrid")
+    assert (general.n, general.hard_n, general.hard_successes, general.hard_rate) == (8, 4, 1, 0.25)
+    assert (hybrid.hard_n, hybrid.hard_rate) == (0, None)
+
+
 def test_gains_are_tested_against_general_on_the_same_targets(results: StudyResults) -> None:
     hybrid, general = summary(results, "KMeans_Hybrid"), summary(results, "General")
     assert general.gain is None

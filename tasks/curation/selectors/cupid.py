@@ -50,7 +50,7 @@ from plancurate.tasks.learning.train import train
 Objective = Literal["target", "all"]
 SHARES = (0.05, 0.95)
 """Shares of successful rollouts between which returns tell good actions from bad ones."""
-USES: tuple[Used, ...] = ("training", "evaluation")
+USES: tuple[Used, ...] = ("training", "evaluation", "timing")
 
 
 class InfluenceSettings(Settings):
@@ -79,19 +79,19 @@ class CupidNativeSettings(InfluenceSettings):
     dropped: float = Field(1 / 3, ge=0, lt=1, description="share of the pool to drop")
 
 
-@selector("CUPID", CupidSettings, uses=USES)
+@selector("CUPID", CupidSettings, uses=USES, revision=2)
 def cupid(problem: Problem, settings: CupidSettings) -> Kept:
     """Keep the k trajectories of each target with the highest influence on a policy's return there."""
     return _highest(problem, influences(problem, settings, settings.objective), "target")
 
 
-@selector("CUPID_Global", InfluenceSettings, uses=USES)
+@selector("CUPID_Global", InfluenceSettings, uses=USES, revision=2)
 def cupid_global(problem: Problem, settings: InfluenceSettings) -> Kept:
     """Keep the k x targets trajectories with the highest influence on a policy's return, wherever they lead."""
     return _highest(problem, influences(problem, settings, "all"), "pool")
 
 
-@selector("CUPID_Native", CupidNativeSettings, budgeted=False, uses=USES)
+@selector("CUPID_Native", CupidNativeSettings, budgeted=False, uses=USES, revision=2)
 def cupid_native(problem: Problem, settings: CupidNativeSettings) -> Kept:
     """Keep all but the third of the pool with the lowest influence on a policy's return."""
     psi = influences(problem, settings, "all")

@@ -98,10 +98,10 @@ def sampled_policy(trained: TrainedPolicy, steps: Steps) -> SampledPolicy:
 
 def roll_out(problem: Problem, policy: SampledPolicy, each: int) -> Rollouts:
     """Roll the policy out from home, `each` times to positions around every target of the pool."""
-    settings = problem.learning.evaluation
+    settings, dt = problem.learning.evaluation, problem.learning.timing.dt
     rng = np.random.default_rng(_own_seed(problem.seed))
     positions = own_targets(problem.pool, each, problem.seed)
-    trials = Trials(problem.robot, problem.scene, positions, settings)
+    trials = Trials(problem.robot, problem.scene, positions, settings, dt)
     terms = [name for name, _ in policy.trained.layout]
     seen, done, lengths = [], [], np.zeros(len(positions), dtype=np.int64)
     for _ in range(settings.max_steps):

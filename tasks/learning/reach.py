@@ -1,0 +1,53 @@
+"""What a planner, and a straight line, make of a tested tool position."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plancurate import native
+from plancurate.robots.robot import Robot
+from plancurate.robots.scene import Scene
+from plancurate.robots.shapes import FloatArray
+from plancurate.tasks.candidates.goals import target_goals
+from plancurate.tasks.candidates.settings import GenerateSettings
+
+PLANNER = "RRTConnect"
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How a tool position can be reached from the robot's home."""
+
+    planned: bool
+    """Whether inverse kinematics has a free goal within the orientation tolerance and the planner reaches one."""
+    hard: bool
+    """Whether the straight joint line to the goal nearest to home is not free, or there is no goal."""
+
+
+def reach(
+    robot: Robot, scene: Scene, position: FloatArray, settings: GenerateSettings, seed: tuple[int, ...]
+) -> Reach:
+    """Look for goals of a tool position (3,), m, and plan to them; `seed` decides all that is drawn."""
+    goals = target_goals(robot, scene, position, settings.targets, np.random.default_rng(seed))
+    if not len(goals):
+        return Reach(planned=False, hard=True)
+    plan = settings.plan
+    result = native.plan(
+        robot.native,
+        scene.native,
+        PLANNER,
+        robot.home,
+        goals,
+        params=plan.params.get(PLANNER, {}),
+        seed=seed[0],
+        budget=native.Budget(state_checks=plan.state_checks, polls=plan.polls, seconds=plan.seconds),
+        resolution=plan.resolution,
+        simplification="off",
+    )
+    nearest = goals[[np.linalg.norm(goals - robot.home, axis=1).argmin()]]
+    straight = native.edge_is_free(
+        robot.native, scene.native, robot.home[None], nearest, plan.resolution
+    ).item()
+    return Reach(planned=result.status == "exact", hard=not straight)
