@@ -92,4 +92,5 @@ for _name, _labels, _settings, _hybrid_settings in (
         _hybrid_settings,
         f"Keep the k best scores {_of}",
         warm_up=warm_up,
+        revision=2,
     )

@@ -33,7 +33,7 @@ from plancurate.tasks.curation.selectors.influence import (
     gram,
     trajectory_gradients,
 )
-from plancurate.tasks.curation.selectors.ranking import Scope, lowest_of_scope
+from plancurate.tasks.curation.selectors.ranking import Scope, lowest_of_scope, tie_draws
 from plancurate.tasks.curation.selectors.sampled_policy import (
     Rollouts,
     SampledPolicy,
@@ -79,24 +79,25 @@ class CupidNativeSettings(InfluenceSettings):
     dropped: float = Field(1 / 3, ge=0, lt=1, description="share of the pool to drop")
 
 
-@selector("CUPID", CupidSettings, uses=USES)
+@selector("CUPID", CupidSettings, uses=USES, revision=2)
 def cupid(problem: Problem, settings: CupidSettings) -> Kept:
     """Keep the k trajectories of each target with the highest influence on a policy's return there."""
     return _highest(problem, influences(problem, settings, settings.objective), "target")
 
 
-@selector("CUPID_Global", InfluenceSettings, uses=USES)
+@selector("CUPID_Global", InfluenceSettings, uses=USES, revision=2)
 def cupid_global(problem: Problem, settings: InfluenceSettings) -> Kept:
     """Keep the k x targets trajectories with the highest influence on a policy's return, wherever they lead."""
     return _highest(problem, influences(problem, settings, "all"), "pool")
 
 
-@selector("CUPID_Native", CupidNativeSettings, budgeted=False, uses=USES)
+@selector("CUPID_Native", CupidNativeSettings, budgeted=False, uses=USES, revision=2)
 def cupid_native(problem: Problem, settings: CupidNativeSettings) -> Kept:
     """Keep all but the third of the pool with the lowest influence on a policy's return."""
     psi = influences(problem, settings, "all")
+    tie = tie_draws(problem)
     with problem.stage("select"):
-        best_first = np.argsort(-psi, kind="stable")
+        best_first = np.lexsort((tie, -psi))
         rows = best_first[: len(psi) - math.floor(settings.dropped * len(psi))]
         return Kept(rows=rows, rank=np.arange(1, len(rows) + 1), score=psi[rows])
 

@@ -37,11 +37,20 @@ def random_draws(problem: Problem, salt: str) -> FloatArray:
         return np.asarray(rows["draw"].to_numpy(), dtype=np.float64)
 
 
+def tie_draws(problem: Problem) -> FloatArray:
+    """The order (candidates,) in which equal keys are taken, drawn by the seed."""
+    return random_draws(problem, "tie")
+
+
 def lowest_of_groups(problem: Problem, groups: IntArray, key: FloatArray, budget: int) -> Kept:
-    """Keep the `budget` lowest keys of each group; groups (candidates,) hold -1 for no group at all."""
+    """Keep the `budget` lowest keys of each group, all where it holds fewer; ties are drawn.
+
+    Groups (candidates,) hold -1 for no group at all.
+    """
+    tie = tie_draws(problem)
     with problem.stage("select"):
         member = np.flatnonzero(groups >= 0)
-        keyed = {"row": member, "group_id": groups[member], "key": key[member]}
+        keyed = {"row": member, "group_id": groups[member], "key": key[member], "tie": tie[member]}
         problem.connection.register("keyed", pa.table(keyed))
         rows = problem.sql("pool/rank", budget=budget)
         problem.connection.unregister("keyed")
