@@ -25,6 +25,7 @@ FROZEN = {
     ("KMeans", 1): "6fadb58409cd43ef",
     ("KMeans_Hybrid", 2): "b45ae3b304d62a0f",
     ("KMeans_Hybrid_Worst", 1): "5d9b675862ba1c80",
+    ("ModeConsistent", 1): "323b0ac85d26098b",
     ("Random", 1): "594654eab6e2b309",
     ("Repair", 1): "8292a1921d242f49",
     ("RuleBased_General", 2): "5510f52555782107",
