@@ -1,5 +1,7 @@
--- The pool: what a selector may keep. Grain: one trajectory; all scalar columns, no waypoints.
--- $targets, $planners: lists, or NULL for all of them.
+-- The pool: what a selector may keep. Grain: one distinct trajectory to a target; all scalar columns, no waypoints.
+-- Planners find many a trajectory more than once; the first by id stands for its copies, multiplicity counts them.
+-- Copies are known by what is measured of them, to the last bit: another motion to a target measures otherwise, and
+-- hashing waypoints would take many times as long as all the rest. $targets, $planners: lists, or NULL for all of them.
 SELECT
     trajectory_id,
     target_id,
@@ -18,7 +20,8 @@ SELECT
     duration,
     final_distance,
     n_waypoints,
-    dt
+    dt,
+    count(*) OVER copies AS multiplicity
 FROM trajectories
 WHERE
     robot = $robot
@@ -28,4 +31,10 @@ WHERE
     AND ($targets IS NULL OR list_contains($targets, target_id))
     AND solved
     AND verified
+WINDOW copies AS (
+    PARTITION BY
+        target_id, goal_index, joint_movement, smoothness, path_length, duration, final_distance,
+        tool_x, tool_y, tool_z, n_waypoints, dt
+)
+QUALIFY row_number() OVER (copies ORDER BY trajectory_id) = 1
 ORDER BY target_id, planner, run;

@@ -45,7 +45,7 @@ def curate(
 
     What another study selected from the same pool in the same way is taken over, measured times included.
     `learning` are the study's settings, for selectors that train, roll out or time.
-    PlancurateError for a budget that the pool can't meet.
+    PlancurateError for a budget below 1.
     """
     key = wanted_id(pool, choice, budget, seed, learning)
     partition = {**pool.partition, "study": study}

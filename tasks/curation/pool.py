@@ -18,16 +18,27 @@ from plancurate.tasks.lake.store import Lake
 FloatArray = npt.NDArray[np.float64]
 METRICS = ("joint_movement", "smoothness", "path_length")
 # Waypoints that differ give other metrics or another end, so these stand for the content of a row.
-_CONTENT = (*METRICS, "duration", "final_distance", "tool_x", "tool_y", "tool_z", "n_waypoints", "dt")
+_CONTENT = (
+    *METRICS,
+    "duration",
+    "final_distance",
+    "tool_x",
+    "tool_y",
+    "tool_z",
+    "n_waypoints",
+    "dt",
+    "multiplicity",
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """Candidates (scalar columns) in order of target, planner and run, and their targets in order of id."""
+    """Distinct candidates in order of target, planner and run, and their targets in order of id."""
 
     partition: Mapping[str, str]
     """robot, scene and pool of the lake."""
     candidates: pa.Table
+    """Scalar columns; `multiplicity` says how many times the trajectory was found (copies are thinned to one)."""
     targets: pa.Table
     """target_id, x, y, z (m); every target asked for, also one that no candidate reaches."""
     hash: str

@@ -6,7 +6,10 @@ import pytest
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.curation.pool import load_pool, load_waypoints, make_pool
+from plancurate.tasks.lake.schema import table
 from plancurate.tasks.lake.store import Lake
+
+from ..conftest import trajectory
 
 PARTITION = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 
@@ -66,3 +69,24 @@ def test_waypoints_come_in_the_order_asked_for(small_lake: Lake) -> None:
 def test_waypoints_of_an_unknown_trajectory_are_an_error(small_lake: Lake) -> None:
     with pytest.raises(PlancurateError, match="no trajectory t9"):
         load_waypoints(small_lake, PARTITION, ["t9"])
+
+
+def test_copies_are_thinned_to_one_that_says_how_many_there_were(small_lake: Lake) -> None:
+    before = load_pool(small_lake, PARTITION)
+    copies = [
+        trajectory(0, "RRT", 0) | {"trajectory_id": f"t0000-ABIT-r{run}", "run": run} for run in range(4)
+    ]
+    other_target = trajectory(0, "RRT", 0) | {"trajectory_id": "t0001-ABIT-r0", "target_id": 1}
+    part = pa.Table.from_pylist([*copies, other_target], table("trajectories").schema)
+    small_lake.write("trajectories", {**PARTITION, "planner": "ABIT"}, "000000", part, {})
+    pool = load_pool(small_lake, PARTITION)
+    found = dict(
+        zip(*(pool.candidates[c].to_pylist() for c in ("trajectory_id", "multiplicity")), strict=True)
+    )
+    assert found.pop("t0000-ABIT-r0") == 5  # stands for the one of RRT as well
+    assert set(found.values()) == {1}
+    assert "t0001-ABIT-r0" in found
+    assert len(found) == before.candidates.num_rows
+    assert pool.hash != before.hash
+    without = load_pool(small_lake, PARTITION, planners=["RRT", "PRM"])
+    assert without.hash == before.hash

@@ -18,7 +18,7 @@ from pydantic import Field
 
 from plancurate.tasks.curation.pool import FloatArray
 from plancurate.tasks.curation.selectors.base import IntArray, Kept, Problem, Settings, selector
-from plancurate.tasks.curation.selectors.ranking import Scope, lowest_of_scope, random_draws
+from plancurate.tasks.curation.selectors.ranking import Scope, lowest_of_scope, random_draws, tie_draws
 from plancurate.tasks.curation.selectors.transitions import (
     Transitions,
     load_transitions,
@@ -67,7 +67,7 @@ class Retrieval:
     """(steps,): to the nearest step of a task demonstration of the same target; 0 for their own steps."""
 
 
-@selector("BehaviorRetrieval", BehaviorRetrievalSettings)
+@selector("BehaviorRetrieval", BehaviorRetrievalSettings, revision=2)
 def behavior_retrieval(problem: Problem, settings: BehaviorRetrievalSettings) -> Kept:
     """Keep k/4 random task demonstrations of each target and its candidates that resemble them most.
 
@@ -78,13 +78,13 @@ def behavior_retrieval(problem: Problem, settings: BehaviorRetrievalSettings) ->
     return _nearest_trajectories(problem, settings, "target")
 
 
-@selector("BehaviorRetrieval_Global", BehaviorRetrievalSettings)
+@selector("BehaviorRetrieval_Global", BehaviorRetrievalSettings, revision=2)
 def behavior_retrieval_global(problem: Problem, settings: BehaviorRetrievalSettings) -> Kept:
     """Keep k/4 random task demonstrations of each target and the pool's candidates nearest to their own target's."""
     return _nearest_trajectories(problem, settings, "pool")
 
 
-@selector("BehaviorRetrieval_Native", NativeSettings, budgeted=False)
+@selector("BehaviorRetrieval_Native", NativeSettings, budgeted=False, revision=2)
 def behavior_retrieval_native(problem: Problem, settings: NativeSettings) -> Kept:
     """Keep the steps nearest to random task demonstrations and, drawn as often, those demonstrations.
 
@@ -127,12 +127,13 @@ def task_places(problem: Problem, settings: BehaviorRetrievalSettings, target: I
         key: FloatArray = problem.pool.candidates["path_length"].to_numpy()
     else:
         key = random_draws(problem, "BehaviorRetrieval")
+    tie = tie_draws(problem)
     place = np.full(len(target), -1)
     with problem.stage("select"):
         for number in np.unique(target):
             rows = np.flatnonzero(target == number)
             count = min(settings.task_demos, max(1, len(rows) // 2))
-            place[rows[np.argsort(key[rows], kind="stable")[:count]]] = np.arange(count)
+            place[rows[np.lexsort((tie[rows], key[rows]))[:count]]] = np.arange(count)
     return place
 
 

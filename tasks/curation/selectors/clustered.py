@@ -27,7 +27,6 @@ from plancurate.tasks.curation.selectors.ranking import (
     composite_scores,
     lowest_of_groups,
     random_draws,
-    require,
 )
 
 Labels = Callable[[Pool, Any, int], IntArray]
@@ -50,13 +49,10 @@ def clusters_in_use(problem: Problem, labels: Labels, settings: Settings) -> Int
     with problem.stage("cluster"):
         found = labels(problem.pool, settings, problem.seed)
         of_target = cluster_of_targets(problem.pool, found)
-        for target, cluster in zip(problem.pool.targets["target_id"].to_pylist(), of_target, strict=True):
-            if cluster == NOISE:
-                raise PlancurateError(
-                    "selector DBSCAN: every candidate is noise; raise eps_m or lower min_samples"
-                )
-            size = int(np.sum(found == cluster))
-            require(size, problem.budget, f"cluster {cluster} of target {target}")
+        if NOISE in of_target:
+            raise PlancurateError(
+                "selector DBSCAN: every candidate is noise; raise eps_m or lower min_samples"
+            )
         return np.where(np.isin(found, of_target), found, NOISE)
 
 
@@ -69,11 +65,13 @@ def _plain(name: str, labels: Labels) -> Callable[[Problem, Settings], Kept]:
     return choose
 
 
-def _hybrid(labels: Labels) -> Callable[[Problem, ScoreSettings], Kept]:
+def _hybrid(labels: Labels, sign: int) -> Callable[[Problem, ScoreSettings], Kept]:
+    """Keep the lowest scores of each cluster in use where `sign` is 1, the highest where it is -1."""
+
     def choose(problem: Problem, settings: ScoreSettings) -> Kept:
         clusters = clusters_in_use(problem, labels, settings)
         scores = composite_scores(problem, settings)
-        kept = lowest_of_groups(problem, clusters, scores, problem.budget)
+        kept = lowest_of_groups(problem, clusters, sign * scores, problem.budget)
         return replace(kept, cluster=clusters[kept.rows], score=scores[kept.rows])
 
     return choose
@@ -84,12 +82,20 @@ for _name, _labels, _settings, _hybrid_settings in (
     ("DBSCAN", dbscan_labels, DBSCANSettings, DBSCANHybridSettings),
     ("Hierarchical", hierarchical_labels, HierarchicalSettings, HierarchicalHybridSettings),
 ):
-    _of = f"of each target's {_name} cluster."
-    add(_name, _plain(_name, _labels), _settings, f"Keep k random trajectories {_of}", warm_up=warm_up)
+    _of = f"of each target's {_name} cluster"
+    add(_name, _plain(_name, _labels), _settings, f"Keep k random trajectories {_of}.", warm_up=warm_up)
     add(
         f"{_name}_Hybrid",
-        _hybrid(_labels),
+        _hybrid(_labels, 1),
         _hybrid_settings,
-        f"Keep the k best scores {_of}",
+        f"Keep the k best scores {_of}.",
+        warm_up=warm_up,
+        revision=2,
+    )
+    add(
+        f"{_name}_Hybrid_Worst",
+        _hybrid(_labels, -1),
+        _hybrid_settings,
+        f"Keep the k worst scores {_of}: the other end, as a control.",
         warm_up=warm_up,
     )

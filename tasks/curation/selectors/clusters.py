@@ -19,8 +19,21 @@ _SMALLEST_EPS_M = 1e-6
 _MOST_FOR_HIERARCHY = 30_000  # its distances take 8 n^2 / 2 bytes: 3.6 GB here
 
 
-class KMeansSettings(Settings):
-    """As many clusters as targets; the best of `n_init` starts."""
+class NumberSettings(Settings):
+    """How many clusters: `clusters`, or else `clusters_share` of the number of targets."""
+
+    clusters: int | None = Field(
+        None, ge=1, description="number of clusters; by default a share of the targets'"
+    )
+    clusters_share: float = Field(1.0, gt=0, description="clusters by number of targets")
+
+    def number(self, pool: Pool) -> int:
+        """Clusters to make of a pool: at least 1, whether or not it has as many different points."""
+        return self.clusters or max(1, round(self.clusters_share * pool.n_targets))
+
+
+class KMeansSettings(NumberSettings):
+    """How many clusters; the best of `n_init` starts."""
 
     n_init: int = Field(1, ge=1)
 
@@ -33,14 +46,14 @@ class DBSCANSettings(Settings):
     min_samples: int = Field(3, ge=1)
 
 
-class HierarchicalSettings(Settings):
-    """As many clusters as targets, merged bottom up (Ward: least growth of variance)."""
+class HierarchicalSettings(NumberSettings):
+    """How many clusters, merged bottom up (Ward: least growth of variance)."""
 
 
 def kmeans_labels(pool: Pool, settings: KMeansSettings, seed: int) -> IntArray:
     """Cluster of every candidate (candidates,)."""
     points = pool.tool_positions()
-    clusters = min(pool.n_targets, len(np.unique(points, axis=0)))
+    clusters = min(settings.number(pool), len(np.unique(points, axis=0)))
     return _integers(KMeans(clusters, n_init=settings.n_init, random_state=seed).fit_predict(points))
 
 
@@ -61,7 +74,7 @@ def hierarchical_labels(pool: Pool, settings: HierarchicalSettings, seed: int) -
         )
     if len(points) == 1:
         return np.zeros(1, dtype=np.int64)
-    clusters = min(pool.n_targets, len(points))
+    clusters = min(settings.number(pool), len(points))
     return _integers(AgglomerativeClustering(clusters).fit_predict(points))
 
 

@@ -33,7 +33,7 @@ from plancurate.tasks.curation.selectors.influence import (
     gram,
     trajectory_gradients,
 )
-from plancurate.tasks.curation.selectors.ranking import Scope, lowest_of_scope
+from plancurate.tasks.curation.selectors.ranking import Scope, lowest_of_scope, tie_draws
 from plancurate.tasks.curation.selectors.sampled_policy import (
     Rollouts,
     SampledPolicy,
@@ -95,8 +95,9 @@ def cupid_global(problem: Problem, settings: InfluenceSettings) -> Kept:
 def cupid_native(problem: Problem, settings: CupidNativeSettings) -> Kept:
     """Keep all but the third of the pool with the lowest influence on a policy's return."""
     psi = influences(problem, settings, "all")
+    tie = tie_draws(problem)
     with problem.stage("select"):
-        best_first = np.argsort(-psi, kind="stable")
+        best_first = np.lexsort((tie, -psi))
         rows = best_first[: len(psi) - math.floor(settings.dropped * len(psi))]
         return Kept(rows=rows, rank=np.arange(1, len(rows) + 1), score=psi[rows])
 

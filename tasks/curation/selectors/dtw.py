@@ -1,11 +1,11 @@
-"""Clusters by the shape of the tool's path, compared by dynamic time warping, then k of them for each target."""
+"""Groups of each target's tool paths, compared by dynamic time warping, then k of the largest group."""
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import replace
 
 import numpy as np
+from pydantic import Field
 from scipy.cluster.hierarchy import fcluster, linkage
 
 from plancurate import native
@@ -13,76 +13,94 @@ from plancurate.errors import PlancurateError
 from plancurate.robots.robot import Robot
 from plancurate.tasks.curation.pool import FloatArray
 from plancurate.tasks.curation.selectors.base import IntArray, Kept, Problem, Settings, selector
-from plancurate.tasks.curation.selectors.clusters import cluster_distances
-from plancurate.tasks.curation.selectors.ranking import ScoreSettings, composite_scores, random_draws, require
+from plancurate.tasks.curation.selectors.ranking import (
+    ScoreSettings,
+    composite_scores,
+    lowest_of_scope,
+    random_draws,
+    tie_draws,
+)
+from plancurate.tasks.curation.selectors.transitions import target_rows
 from plancurate.tasks.learning.demonstrations import Float32Array
 
 POINTS = 24
 """Points of a tool path that are compared."""
-_MOST_DISTINCT = 12_000  # their distances take 8 n^2 / 2 bytes, twice: 1.2 GB here, and over a minute
+_MOST_OF_A_TARGET = 12_000  # their distances take 8 n^2 / 2 bytes, twice: 1.2 GB here, and over a minute
 
 
-@selector("DTW")
-def dtw(problem: Problem, settings: Settings) -> Kept:
-    """Keep k random trajectories of each target's cluster of similar tool paths (dynamic time warping)."""
-    labels = tool_path_clusters(problem)
-    return of_nearest_clusters(problem, labels, random_draws(problem, "DTW"))
+class DTWSettings(Settings):
+    """How finely the paths to a target are told apart."""
+
+    groups: int = Field(
+        2, ge=1, description="groups of similar tool paths that a target's candidates are cut into"
+    )
 
 
-@selector("DTW_Hybrid", ScoreSettings)
-def dtw_hybrid(problem: Problem, settings: ScoreSettings) -> Kept:
-    """Keep the k best scores of each target's cluster of similar tool paths (dynamic time warping)."""
-    labels = tool_path_clusters(problem)
+class DTWHybridSettings(DTWSettings, ScoreSettings):
+    """Groups and score."""
+
+
+@selector("DTW", DTWSettings, revision=2)
+def dtw(problem: Problem, settings: DTWSettings) -> Kept:
+    """Keep k random trajectories of each target's largest group of similar tool paths (dynamic time warping)."""
+    groups = tool_path_groups(problem, settings.groups)
+    return of_largest_groups(problem, groups, random_draws(problem, "DTW"))
+
+
+@selector("DTW_Hybrid", DTWHybridSettings, revision=2)
+def dtw_hybrid(problem: Problem, settings: DTWHybridSettings) -> Kept:
+    """Keep the k best scores of each target's largest group of similar tool paths (dynamic time warping)."""
+    groups = tool_path_groups(problem, settings.groups)
     scores = composite_scores(problem, settings)
-    kept = of_nearest_clusters(problem, labels, scores)
+    kept = of_largest_groups(problem, groups, scores)
     return replace(kept, score=scores[kept.rows])
 
 
-def tool_path_clusters(problem: Problem) -> IntArray:
-    """Cluster of every candidate (candidates,): as many as targets, or fewer where paths are alike.
+def tool_path_groups(problem: Problem, groups: int) -> IntArray:
+    """Group of every candidate (candidates,): at most `groups` a target, no two targets share a number.
 
-    Complete linkage, which heeds the largest distance in a cluster: average linkage puts nearly all in one
-    cluster and stray paths in others of their own, and candidates with the same path would count in it.
+    Groups over the whole pool would be far apart in number from target to target: some targets had all of them.
     """
     with problem.stage("prepare"):
         stored = problem.waypoints(problem.pool.candidates["trajectory_id"].to_pylist())
     with problem.stage("cluster"):
-        shapes = np.array([tool_shape(problem.robot, q) for q in stored]).reshape(len(stored), -1)
-        distinct, shape_of = np.unique(shapes, axis=0, return_inverse=True)
-        if len(distinct) > _MOST_DISTINCT:
-            raise PlancurateError(
-                f"selector DTW: {len(distinct)} different tool paths need too much memory "
-                f"(at most {_MOST_DISTINCT}): use KMeans or DBSCAN, or fewer targets"
-            )
-        if len(distinct) == 1:
-            return np.zeros(len(stored), dtype=np.int64)
-        tree = linkage(pairwise_dtw(distinct.reshape(-1, POINTS, 3)), "complete")
-        labels = fcluster(tree, problem.pool.n_targets, "maxclust") - 1  # from 1, as fcluster counts
-        return np.asarray(labels[shape_of], dtype=np.int64)
+        shapes = np.array([tool_shape(problem.robot, q) for q in stored])
+        target = target_rows(problem)
+        labels = np.empty(len(stored), dtype=np.int64)
+        for number in np.unique(target):
+            rows = np.flatnonzero(target == number)
+            labels[rows] = number * groups + similar(shapes[rows], groups)
+        return labels
 
 
-def of_nearest_clusters(problem: Problem, labels: IntArray, key: FloatArray) -> Kept:
-    """Keep the k lowest keys for each target, of the cluster whose tool positions end nearest to it on average.
+def similar(shapes: Float32Array, groups: int) -> IntArray:
+    """Cut `shapes` (n, POINTS, 3) into at most `groups` (n,), from 0, the largest first.
 
-    Clusters of path shapes are not groups of targets: some are small, and some are nearest to several targets.
-    Where one holds fewer than k candidates that no other target has, the rest comes from the next nearest, and
-    so on. So k x targets are kept, each once, with ties by id, unless the pool itself holds fewer (an error).
+    Complete linkage, which heeds the largest distance in a group: average linkage puts nearly all in one and stray
+    paths in others of their own.
     """
-    targets = problem.pool.n_targets
-    require(len(labels), problem.budget * targets, f"the pool (k x {targets} targets are kept)")
+    if len(shapes) > _MOST_OF_A_TARGET:
+        raise PlancurateError(
+            f"selector DTW: {len(shapes)} tool paths to one target need too much memory "
+            f"(at most {_MOST_OF_A_TARGET}): use KMeans or DBSCAN, or fewer runs"
+        )
+    distinct, shape_of = np.unique(shapes.reshape(len(shapes), -1), axis=0, return_inverse=True)
+    if len(distinct) == 1:
+        return np.zeros(len(shapes), dtype=np.int64)
+    tree = linkage(pairwise_dtw(distinct.reshape(-1, POINTS, 3)), "complete")
+    found = (fcluster(tree, groups, "maxclust") - 1)[shape_of]  # fcluster counts from 1
+    by_size = np.argsort(-np.bincount(found), kind="stable")
+    return np.asarray(np.argsort(by_size)[found], dtype=np.int64)
+
+
+def of_largest_groups(problem: Problem, groups: IntArray, key: FloatArray) -> Kept:
+    """Keep the k lowest keys of each target's largest group; what that lacks comes from the next largest."""
+    tie = tie_draws(problem)
     with problem.stage("select"):
-        ids = np.array(problem.pool.candidates["trajectory_id"].to_pylist())
-        order = np.lexsort((ids, key))
-        left = [deque(order[labels[order] == cluster].tolist()) for cluster in range(labels.max() + 1)]
-        nearest = cluster_distances(problem.pool, labels).argsort(axis=1, kind="stable")
-        kept: list[list[int]] = [[] for _ in range(targets)]
-        for choice in nearest.T:  # (targets,): all nearest clusters before the second nearest of any target
-            for mine, cluster in zip(kept, choice, strict=True):
-                while left[cluster] and len(mine) < problem.budget:
-                    mine.append(left[cluster].popleft())
-        rows = np.array(kept, dtype=np.int64).ravel()
-        rank = np.tile(np.arange(1, problem.budget + 1), targets)
-        return Kept(rows, rank=rank, cluster=labels[rows])
+        order = np.empty(len(key))
+        order[np.lexsort((tie, key, groups))] = np.arange(len(key))
+    kept = lowest_of_scope(problem, order, "target")
+    return replace(kept, cluster=groups[kept.rows])
 
 
 def tool_shape(robot: Robot, q: FloatArray) -> Float32Array:

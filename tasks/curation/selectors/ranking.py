@@ -8,7 +8,6 @@ import numpy as np
 import pyarrow as pa
 from pydantic import Field
 
-from plancurate.errors import PlancurateError
 from plancurate.tasks.curation.pool import METRICS, FloatArray
 from plancurate.tasks.curation.selectors.base import IntArray, Kept, Problem, Settings
 
@@ -37,11 +36,20 @@ def random_draws(problem: Problem, salt: str) -> FloatArray:
         return np.asarray(rows["draw"].to_numpy(), dtype=np.float64)
 
 
+def tie_draws(problem: Problem) -> FloatArray:
+    """The order (candidates,) in which equal keys are taken, drawn by the seed."""
+    return random_draws(problem, "tie")
+
+
 def lowest_of_groups(problem: Problem, groups: IntArray, key: FloatArray, budget: int) -> Kept:
-    """Keep the `budget` lowest keys of each group; groups (candidates,) hold -1 for no group at all."""
+    """Keep the `budget` lowest keys of each group, all where it holds fewer; ties are drawn.
+
+    Groups (candidates,) hold -1 for no group at all.
+    """
+    tie = tie_draws(problem)
     with problem.stage("select"):
         member = np.flatnonzero(groups >= 0)
-        keyed = {"row": member, "group_id": groups[member], "key": key[member]}
+        keyed = {"row": member, "group_id": groups[member], "key": key[member], "tie": tie[member]}
         problem.connection.register("keyed", pa.table(keyed))
         rows = problem.sql("pool/rank", budget=budget)
         problem.connection.unregister("keyed")
@@ -52,21 +60,11 @@ Scope = Literal["target", "pool"]
 
 
 def lowest_of_scope(problem: Problem, key: FloatArray, scope: Scope) -> Kept:
-    """Keep the `budget` lowest keys of each target, or as many of the pool as a whole wherever they lead."""
+    """Keep the `budget` lowest keys of each target, or as many of the pool as a whole wherever they lead.
+
+    All candidates of a target, or of the pool, that holds fewer.
+    """
     targets: IntArray = problem.pool.candidates["target_id"].to_numpy().astype(np.int64)
     if scope == "pool":
-        total = problem.budget * problem.pool.n_targets
-        require(len(targets), total, f"the pool (k x {problem.pool.n_targets} targets are kept)")
-        return lowest_of_groups(problem, np.zeros_like(targets), key, total)
-    for target in problem.pool.targets["target_id"].to_pylist():
-        require(int(np.sum(targets == target)), problem.budget, f"target {target}")
+        return lowest_of_groups(problem, np.zeros_like(targets), key, problem.budget * problem.pool.n_targets)
     return lowest_of_groups(problem, targets, key, problem.budget)
-
-
-def require(available: int, budget: int, what: str) -> None:
-    """PlancurateError when `what` holds fewer candidates than the budget asks for."""
-    if available < budget:
-        raise PlancurateError(
-            f"budget {budget} is larger than {what}, which holds {available} candidates: "
-            "lower the budget or plan more runs"
-        )

@@ -8,7 +8,7 @@ from plancurate.tasks.curation.selectors.base import Kept, Problem, selector
 from plancurate.tasks.curation.selectors.ranking import ScoreSettings, composite_scores, lowest_of_scope
 
 
-@selector("RuleBased_General", ScoreSettings)
+@selector("RuleBased_General", ScoreSettings, revision=2)
 def rule_based_general(problem: Problem, settings: ScoreSettings) -> Kept:
     """Keep the k x targets best scores of the whole pool, whatever their targets."""
     scores = composite_scores(problem, settings)

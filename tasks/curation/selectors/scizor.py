@@ -64,13 +64,13 @@ class Scored:
     """(chunks,): shown already by an earlier candidate to the same target."""
 
 
-@selector("SCIZOR", SCIZORSettings)
+@selector("SCIZOR", SCIZORSettings, revision=2)
 def scizor(problem: Problem, settings: SCIZORSettings) -> Kept:
     """Keep the k trajectories of each target that lack least progress, copies of others last."""
     return _best_trajectories(problem, settings, "target")
 
 
-@selector("SCIZOR_Global", SCIZORSettings)
+@selector("SCIZOR_Global", SCIZORSettings, revision=2)
 def scizor_global(problem: Problem, settings: SCIZORSettings) -> Kept:
     """Keep the k x targets trajectories of the pool that lack least progress, copies of others last."""
     return _best_trajectories(problem, settings, "pool")

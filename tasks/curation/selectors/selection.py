@@ -81,7 +81,7 @@ def select(
     learning: LearningSettings,
     clock: Callable[[], float] = time.perf_counter,
 ) -> Selection:
-    """Run the selector `name`; PlancurateError for wrong parameters or a budget that the pool can't meet."""
+    """Run the selector `name`; PlancurateError for wrong parameters or a budget below 1."""
     chosen = find_selector(name)
     settings = chosen.parse(params or {})
     budget = checked_budget(chosen, budget)

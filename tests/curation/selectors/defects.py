@@ -174,6 +174,7 @@ def pool_of(paths: Sequence[FloatArray], target: IntArray, positions: FloatArray
         "duration": [len(s) * DT for s in steps],
         "final_distance": np.linalg.norm(tools - positions[target], axis=1),
         "n_waypoints": pa.array([len(path) for path in paths], pa.int32()), "dt": np.full(len(paths), DT),
+        "multiplicity": np.ones(len(paths), dtype=np.int64),
     }  # fmt: skip
     ids = pa.array(np.arange(len(positions)), pa.int32())
     places = pa.table({"target_id": ids, **dict(zip("xyz", positions.T, strict=True))})

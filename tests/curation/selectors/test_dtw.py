@@ -11,15 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from plancurate import native
-from plancurate.errors import PlancurateError
 from plancurate.robots import load_robot, load_scene
 from plancurate.tasks.curation.pool import Pool, make_pool
 from plancurate.tasks.curation.selectors.base import Problem, Stopwatch
 from plancurate.tasks.curation.selectors.dtw import (
     POINTS,
-    of_nearest_clusters,
+    of_largest_groups,
     pairwise_dtw,
-    tool_path_clusters,
+    tool_path_groups,
     tool_shape,
 )
 from plancurate.tasks.curation.selectors.selection import Selection, select
@@ -76,7 +75,7 @@ def pool_of(paths: Paths, seed: int = 0) -> Pool:
         "joint_movement": rng.random(n), "smoothness": rng.random(n), "path_length": rng.random(n),
         "tool_x": tool[:, 0], "tool_y": tool[:, 1], "tool_z": tool[:, 2], "duration": rng.random(n),
         "final_distance": rng.random(n), "n_waypoints": pa.array([len(q) for _, q in paths], pa.int32()),
-        "dt": np.full(n, 0.05),
+        "dt": np.full(n, 0.05), "multiplicity": np.ones(n, dtype=np.int64),
     }  # fmt: skip
     numbers = sorted(set(target.tolist()))
     places = tool[[target.tolist().index(number) for number in numbers]]
@@ -90,8 +89,9 @@ def problem_of(paths: Paths, budget: int = 1) -> Problem:
     def waypoints(ids: Sequence[str]) -> list[np.ndarray]:
         return [paths[int(name[1:])][1] for name in ids]
 
-    watch = Stopwatch(time.perf_counter)
-    return Problem(pool_of(paths), budget, 0, duckdb.connect(), watch, ROBOT, SCENE, waypoints, LEARNING)
+    watch, connection, pool = Stopwatch(time.perf_counter), duckdb.connect(), pool_of(paths)
+    connection.register("candidates", pool.candidates.append_column("row", pa.array(np.arange(len(paths)))))
+    return Problem(pool, budget, 0, connection, watch, ROBOT, SCENE, waypoints, LEARNING)
 
 
 def run(name: str, paths: Paths, budget: int, seed: int = 0, pool: Pool | None = None) -> Selection:
@@ -148,68 +148,34 @@ def test_a_tool_that_stands_still_has_a_shape() -> None:
     np.testing.assert_allclose(tool_shape(ROBOT, np.array([ROBOT.home] * 2)), np.tile(tool, (POINTS, 1)))
 
 
-def test_ways_of_different_shapes_are_different_clusters() -> None:
-    goals = [moved(0.5), moved(0.52)]
+def test_each_target_has_its_own_groups_of_paths_over_and_under() -> None:
+    goals = [moved(0.5), moved(-0.7)]
     rng = np.random.default_rng(0)
     paths, over = [], []
     for row in range(30):
-        way = 0.8 if row % 2 else -0.8  # of the second joint: over or under
-        via = moved(0.25, way) + rng.normal(0, 0.02, 6)
-        paths.append((row % 4 // 2, swing(via, goals[row % 4 // 2], samples=int(rng.integers(20, 80)))))
-        over.append(row % 2)
+        way = 0.8 if row % 3 else -0.8  # of the second joint: twice as often over as under
+        goal = goals[row % 2]
+        via = (ROBOT.home + goal) / 2 + [0, way, 0, 0, 0, 0] + rng.normal(0, 0.02, 6)
+        paths.append((row % 2, swing(via, goal, samples=int(rng.integers(20, 80)))))
+        over.append(row % 3 > 0)
     problem = problem_of(paths)
-    labels = tool_path_clusters(problem)
     rows = [int(name[1:]) for name in problem.pool.candidates["trajectory_id"].to_pylist()]
-    assert set(labels) == {0, 1}
-    assert len({(label, over[row]) for label, row in zip(labels, rows, strict=True)}) == 2
+    expected = [2 * (row % 2) + (not over[row]) for row in rows]  # the larger group of a target comes first
+    assert tool_path_groups(problem, 2).tolist() == expected
 
 
-def test_the_same_path_many_times_is_one_cluster() -> None:
+def test_a_target_with_one_path_is_one_group() -> None:
     path = swing(ROBOT.home + 0.3)
-    assert (tool_path_clusters(problem_of([(0, path), (1, path), (1, path)])) == 0).all()
+    assert tool_path_groups(problem_of([(0, path), (1, path), (1, path)]), 2).tolist() == [0, 2, 2]
 
 
-def test_repeating_a_path_does_not_change_the_clusters_of_others() -> None:
-    paths = made_up_paths(3, 6)
-    once, often = (tool_path_clusters(problem_of(p)) for p in (paths, paths + paths[-1:] * 40))
-    together = [labels[:, None] == labels[:18] for labels in (once, often)]
-    np.testing.assert_array_equal(together[0], together[1][:18])
-
-
-def test_targets_get_the_lowest_keys_of_the_cluster_that_ends_nearest() -> None:
-    goals = [moved(turn) for turn in (-0.9, 0.0, 0.9)]
-    paths = [(target, swing(goal)) for target, goal in enumerate(goals) for _ in range(4)]
-    problem = problem_of(paths, budget=2)
-    kept = of_nearest_clusters(problem, np.repeat([2, 0, 1], 4), np.tile([3.0, 1.0, 2.0, 1.0], 3))
-    assert kept.rows.tolist() == [1, 3, 5, 7, 9, 11]  # ties by id
+def test_the_lowest_keys_of_the_first_group_come_first_then_those_of_the_next() -> None:
+    paths = [(target, swing(moved(0.3 * target))) for target in range(2) for _ in range(5)]
+    key = np.array([5.0, 4.0, 3.0, 2.0, 1.0] * 2)
+    kept = of_largest_groups(problem_of(paths, budget=4), np.array([0, 0, 0, 1, 1, 2, 2, 3, 2, 2]), key)
+    assert kept.rows.tolist() == [2, 1, 0, 4, 9, 8, 6, 5]
     assert kept.cluster is not None
-    assert kept.cluster.tolist() == [2, 2, 0, 0, 1, 1]
-    assert kept.rank is not None
-    assert kept.rank.tolist() == [1, 2] * 3
-
-
-def test_what_a_small_cluster_lacks_comes_from_the_next_nearest() -> None:
-    goals = [moved(turn) for turn in (0.0, 0.2, 0.9)]
-    paths = [(target, swing(goal)) for target, goal in enumerate(goals) for _ in range(4)]
-    labels = np.array([0, 3, 3, 3, 1, 1, 1, 1, 2, 2, 2, 2])
-    problem = problem_of(paths, budget=3)
-    kept = of_nearest_clusters(problem, labels, np.arange(12.0))
-    assert kept.rows.tolist() == [0, 1, 2, 4, 5, 6, 8, 9, 10]
-
-
-def test_what_is_missing_is_taken_after_every_target_had_its_own() -> None:
-    goals = [moved(turn) for turn in (0.0, 0.2, 0.9)]
-    counts = (1, 3, 4)
-    paths = [(target, swing(goals[target])) for target in range(3) for _ in range(counts[target])]
-    labels = np.repeat([0, 1, 2], counts)
-    kept = of_nearest_clusters(problem_of(paths, budget=2), labels, np.arange(8.0))
-    assert kept.rows.tolist() == [0, 3, 1, 2, 4, 5]
-
-
-def test_targets_that_share_a_cluster_share_it_out() -> None:
-    paths = [(row % 2, swing(ROBOT.home + 0.1 * (row % 2))) for row in range(10)]
-    kept = of_nearest_clusters(problem_of(paths, budget=3), np.zeros(10, dtype=np.int64), np.arange(10.0))
-    assert kept.rows.tolist() == [0, 1, 2, 3, 4, 5]
+    assert kept.cluster.tolist() == [0, 0, 0, 1, 2, 2, 2, 2]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -239,6 +205,6 @@ def test_seeds_draw_different_ones_and_the_hybrid_the_same() -> None:
     assert run("DTW_Hybrid", paths, 2, seed=0).ids == run("DTW_Hybrid", paths, 2, seed=1).ids
 
 
-def test_a_budget_beyond_the_pool_is_an_error() -> None:
-    with pytest.raises(PlancurateError, match="larger than the pool"):
-        run("DTW", made_up_paths(2, 3), 4)
+@pytest.mark.parametrize("name", NAMES)
+def test_a_budget_beyond_a_target_keeps_all_there_are(name: str) -> None:
+    assert len(run(name, made_up_paths(2, 3), 4).ids) == 6

@@ -14,17 +14,21 @@ from .defects import Bed, chosen, defective_pool
 # so they are pinned by what they must keep of it: see LEARNED.
 FROZEN = {
     ("DBSCAN", 1): "1c89274e3355595e",
-    ("DBSCAN_Hybrid", 1): "b45ae3b304d62a0f",
-    ("DTW", 1): "d88ff7acd030a877",
-    ("DTW_Hybrid", 1): "b45ae3b304d62a0f",
+    ("DBSCAN_Hybrid", 2): "b45ae3b304d62a0f",
+    ("DBSCAN_Hybrid_Worst", 1): "5d9b675862ba1c80",
+    ("DTW", 2): "466d2aeba58d7cc2",
+    ("DTW_Hybrid", 2): "cfef697a34973d28",
     ("General", 1): "8292a1921d242f49",
     ("Hierarchical", 1): "b31cdc51dda723ff",
-    ("Hierarchical_Hybrid", 1): "b45ae3b304d62a0f",
+    ("Hierarchical_Hybrid", 2): "b45ae3b304d62a0f",
+    ("Hierarchical_Hybrid_Worst", 1): "5d9b675862ba1c80",
     ("KMeans", 1): "6fadb58409cd43ef",
-    ("KMeans_Hybrid", 1): "b45ae3b304d62a0f",
+    ("KMeans_Hybrid", 2): "b45ae3b304d62a0f",
+    ("KMeans_Hybrid_Worst", 1): "5d9b675862ba1c80",
+    ("ModeConsistent", 1): "323b0ac85d26098b",
     ("Random", 1): "594654eab6e2b309",
     ("Repair", 1): "8292a1921d242f49",
-    ("RuleBased_General", 1): "9f90b5eabe3776d1",
+    ("RuleBased_General", 2): "5510f52555782107",
 }
 LEARNED = ("BehaviorRetrieval", "SCIZOR", "CUPID")
 ADVICE = (

@@ -56,6 +56,7 @@ def select_repair(
         "goal_index": pa.array(np.zeros(n), pa.int32()), "dt": np.full(n, TIMING.dt),
         "n_waypoints": pa.array([len(q) for q in trajectories], pa.int32()),
         **{name: np.zeros(n) for name in (*metrics, "tool_x", "tool_y", "tool_z")},
+        "multiplicity": np.ones(n, dtype=np.int64),
     }  # fmt: skip
     targets = pa.table({"target_id": pa.array([0], pa.int32()), "x": [0.0], "y": [0.0], "z": [0.0]})
     pool = make_pool({"robot": "h2017", "scene": "made up", "pool": "0"}, pa.table(columns), targets)
