@@ -44,7 +44,7 @@ class Graph:
 def energy(graph: Graph, labels: IntArray) -> float:
     """Energy of classes (targets,)."""
     total = 0.0
-    for target in np.flatnonzero(labels != NONE):
+    for target in np.flatnonzero(labels != NONE).tolist():
         label = labels[target]
         together = graph.with_neighbours(target, labels)[:, label].sum()
         total += graph.cost[target, label] + together / 2  # every pair is met twice
@@ -56,7 +56,7 @@ def settled(graph: Graph, labels: IntArray) -> IntArray:
     labels = labels.copy()
     for _ in range(_SWEEPS):
         before = labels.copy()
-        for target in np.flatnonzero(labels != NONE):
+        for target in np.flatnonzero(labels != NONE).tolist():
             costs = graph.costs(target, labels)
             best = int(costs.argmin())
             if costs[best] < costs[labels[target]] - 1e-12:

@@ -77,7 +77,8 @@ def path_classes(points: FloatArray, target: IntArray, order: IntArray, radius: 
     In `order`, best first: a path joins the first class whose representative it follows within `radius` all along, or
     founds one, up to MOST_CLASSES.
     """
-    label, first = np.full(len(points), NONE), []
+    label = np.full(len(points), NONE)
+    first: list[int] = []
     for number in np.unique(target):
         mine: list[int] = []  # numbers of the target's classes
         for row in order[target[order] == number]:
