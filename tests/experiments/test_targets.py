@@ -10,7 +10,10 @@ from plancurate.tasks.study.config import StudyConfig, load_config, preset_names
 from plancurate.tasks.study.evaluations import UNSEEN_SEED_OFFSET
 
 EXPERIMENTS = Path(__file__).parents[2] / "experiments"
-SCRIPTS = {"defaults": "development"}  # each script with the configuration that it reads, and reads alone
+SCRIPTS = {
+    "defaults": "development",
+    "hard_scenes": "hard_scenes",
+}  # each script with the configuration that it reads, and reads alone
 
 
 def seeds(config: StudyConfig) -> set[int]:
