@@ -11,6 +11,7 @@ from plancurate.tasks.study.against import SqlRow, cell, moments_of, welch_tests
 from plancurate.tasks.study.agreement import agreement_rows
 from plancurate.tasks.study.means import mean_interval
 from plancurate.tasks.study.published import published_for
+from plancurate.tasks.study.reference_results import ReferenceRow, reference_row
 from plancurate.tasks.study.rows import (
     DistanceRow,
     FailureRow,
@@ -46,6 +47,8 @@ class KindResults:
     """The commonest reason of each selection first."""
     agreement: list[AgreementRow]
     """Empty for unseen targets, which the publication did not test."""
+    references: list[ReferenceRow]
+    """What a planner, a replayed trajectory and a straight line reach of the same tests."""
 
 
 def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
@@ -56,7 +59,7 @@ def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
 
     trials = network_trials(lake.query("results/outcomes", study=study, kind=kind))
     if not trials:
-        return KindResults(kind, [], [], [], [], [], [], [])
+        return KindResults(kind, [], [], [], [], [], [], [], [])
     bootstrap = Bootstrap(trials)
     drawn = bootstrap.draw()
     selectors = rows("by_selector")
@@ -72,6 +75,7 @@ def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
         quality=in_order(quality_rows(rows("quality"), published), summaries),
         failures=in_order([FailureRow(**row) for row in rows("failures")], summaries),
         agreement=agreement_rows(summaries, published),
+        references=[reference_row(row) for row in rows("references")],
     )
 
 
