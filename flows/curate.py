@@ -6,6 +6,7 @@ from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.artifacts import table_artifact
+from plancurate.flows.label import label_all
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all
 from plancurate.tasks.lake.home import Home
@@ -19,6 +20,7 @@ from plancurate.tasks.study.selections import WantedSelection, make_selection, s
 def curate(config: StudyConfig, home: str | None = None) -> None:
     """Select from the study's candidates: one task run for each selection, recorded in the lake."""
     study = open_study(config, Home.resolve(home))
+    label_all(study)  # of planners that another study planned with
     wanted = study_selections(study)
     record_study(study)
     with stage("curate", len(wanted), "selections") as bar:

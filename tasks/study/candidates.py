@@ -32,7 +32,7 @@ class Part:
 
 def mend_pool(study: StudyContext, pool: PoolContext) -> list[str]:
     """Move damaged parts of a pool aside, so that they count as missing; returns a line for each."""
-    tables = ("targets", "trajectories")
+    tables = ("targets", "trajectories", "ways")
     return [damage.line for name in tables for damage in mend(study.lake, name, pool.partition)]
 
 
