@@ -1,5 +1,6 @@
--- How many of a study's candidates for a target are the same trajectory (where the straight line is free, every
--- optimising planner finds it), and in how many ways they lead there. Grain: scene, pool label, target.
+-- How many of a study's candidates for a target are the same trajectory (where the straight line is free,
+-- every optimising planner finds it), and in how many ways they lead there. Grain: scene, pool label,
+-- target.
 -- $study: studies.study.
 SELECT
     scene,

@@ -1,5 +1,5 @@
--- Runs of some planners ($planners) to some targets ($targets) of a pool, with the waypoints of those that are
--- candidates. Grain: one run.
+-- Runs of some planners ($planners) to some targets ($targets) of a pool, with the waypoints of those that
+-- are candidates. Grain: one run.
 SELECT
     trajectory_id,
     target_id,

@@ -1,5 +1,6 @@
--- What a study planned, in each of its pools: runs of its own planners for its own targets, failed ones too, each with
--- its way among them. Other studies may share the pool. For people: FROM study_candidates('quick-0a1b2c3d').
+-- What a study planned, in each of its pools: runs of its own planners for its own targets, failed ones
+-- too, each with its way among them. Other studies may share the pool. For people: FROM
+-- study_candidates('quick-0a1b2c3d').
 CREATE OR REPLACE MACRO study_candidates(study_id) AS TABLE
 SELECT studies.pool_label, trajectories.*, ways.way
 FROM trajectories

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 Action = Literal["delta", "absolute"]
 BASIC_OBSERVATION = ("target_offset", "joint_positions")
+TESTS_BY_DISTANCE = {0: 1, 1: 3, 2: 3, 3: 3, 4: 3, 5: 3}
+"""Tests of each training target by displacement in cm."""
 
 
 class TrainSettings(Settings):

@@ -14,11 +14,9 @@ from plancurate.robots.scene import Scene
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.learning.reach import reach
+from plancurate.tasks.learning.settings import TESTS_BY_DISTANCE
 
 FloatArray = npt.NDArray[np.float64]
-
-TESTS_BY_DISTANCE = {0: 1, 1: 3, 2: 3, 3: 3, 4: 3, 5: 3}
-"""Tests of each training target by displacement in cm."""
 
 
 @dataclass(frozen=True, eq=False)
