@@ -80,7 +80,7 @@ def deform(robot: Robot, scene: Scene, points: FloatArray, one: int, others: Int
     free = native.edge_is_free(
         robot.native, scene.native, np.tile(points[one], (len(others), 1)), to, RESOLUTION
     )
-    return free.reshape(-1, POINTS).all(axis=1)
+    return np.asarray(free.reshape(-1, POINTS).all(axis=1))
 
 
 def resampled(path: FloatArray) -> FloatArray:
