@@ -5,11 +5,11 @@ from __future__ import annotations
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
+from plancurate.flows.begin import begin
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all, task_runner
-from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.config import StudyConfig
-from plancurate.tasks.study.context import StudyRef, open_study, reference
+from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.evaluations import count_rollouts, evaluate_networks, missing_evaluations
 from plancurate.tasks.study.networks import Network, groups, titles
 from plancurate.tasks.study.records import record_study
@@ -18,7 +18,7 @@ from plancurate.tasks.study.records import record_study
 @flow(name="evaluate", flow_run_name="evaluate {config.name}")
 def evaluate(config: StudyConfig, home: str | None = None) -> None:
     """Test what is not tested yet: one task run for some networks of a policy on all tests of a pool at once."""
-    study = open_study(config, Home.resolve(home))
+    study = begin(config, home, "evaluations", "studies")
     missing = missing_evaluations(study)
     record_study(study)
     with stage("evaluate", count_rollouts(study, missing), "rollouts") as bar:

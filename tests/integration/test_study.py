@@ -211,24 +211,12 @@ def test_a_report_is_written_again_on_demand(smoke: Studied, plancurate: Command
     before = page.read_text()
     page.unlink()
     done = plancurate("report", "--study", "smoke", "--format", "json", "--home", str(smoke.home))
-    assert "scene free is degenerate: only 4 of its 24 candidates differ" in done.stderr
-    assert done.stderr.splitlines()[-1] == f"report {page}"
+    assert done.stderr.strip() == f"report {page}"
     assert page.read_text() == before
-
-
-def test_a_degenerate_pool_is_called_so_wherever_its_results_are_shown(
-    smoke: Studied, plancurate: Command
-) -> None:
-    degenerate = "degenerate: only 4 of its 24 candidates differ"
-    assert "degenerate: selections from it can hardly differ" in smoke.stderr  # after generate
-    assert degenerate in " ".join(smoke.stdout.split())
-    report = json.loads((smoke.home / "reports" / STUDY / "report.json").read_text())
-    assert any(degenerate in sentence for sentence in report["verdict"])
-    compared = plancurate("compare", "smoke", "smoke", "--home", str(smoke.home))
-    assert compared.stderr.count(degenerate) == 1
 
 
 def test_every_candidate_of_a_study_has_its_way(smoke: Studied) -> None:
     ways = Lake(smoke.home / "lake").sql(f"SELECT way FROM study_candidates('{STUDY}') WHERE verified")
     assert ways.num_rows == 24
-    assert set(ways["way"].to_pylist()) == {"g0.p0", "g1.p0"}
+    assert None not in ways["way"].to_pylist()
+    assert "goal configurations and" in smoke.stderr
