@@ -11,6 +11,7 @@ from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.goals import target_goals
+from plancurate.tasks.candidates.scene_report import is_hard
 from plancurate.tasks.candidates.settings import GenerateSettings
 
 PLANNER = "RRTConnect"
@@ -46,8 +47,4 @@ def reach(
         resolution=plan.resolution,
         simplification="off",
     )
-    nearest = goals[[np.linalg.norm(goals - robot.home, axis=1).argmin()]]
-    straight = native.edge_is_free(
-        robot.native, scene.native, robot.home[None], nearest, plan.resolution
-    ).item()
-    return Reach(planned=result.status == "exact", hard=not straight)
+    return Reach(planned=result.status == "exact", hard=is_hard(robot, scene, goals, settings))
