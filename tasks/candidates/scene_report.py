@@ -12,12 +12,12 @@ from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
-from plancurate.tasks.candidates.goals import planning_scene
+from plancurate.tasks.candidates.consistent_goals import draw_targets
 from plancurate.tasks.candidates.metrics import min_clearance
 from plancurate.tasks.candidates.path_classes import label_paths
 from plancurate.tasks.candidates.plan import plan_candidate
 from plancurate.tasks.candidates.settings import GenerateSettings
-from plancurate.tasks.candidates.targets import Target, sample_targets
+from plancurate.tasks.candidates.targets import Target
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def scene_report(
     robot: Robot, scene: Scene, settings: GenerateSettings, n: int, planner: str = "RRTConnect"
 ) -> SceneReport:
     """Plan to the first `n` targets of these settings; raises PlancurateError where targets can't be drawn."""
-    targets = sample_targets(robot, planning_scene(scene, settings.plan), settings.targets, 0, n)
+    targets = draw_targets(robot, scene, settings, 0, n)
     each = tuple(target_report(robot, scene, target, planner, settings) for target in targets)
     return SceneReport(planner, settings.plan.runs, each)
 

@@ -11,7 +11,7 @@ from plancurate.errors import UnknownNameError
 from plancurate.tasks.candidates.sources import find_source
 
 Orientation = Literal["exact", "yaw_free", "cone", "any"]
-Goals = Literal["all", "nearest", "pose"]
+Goals = Literal["all", "nearest", "pose", "consistent"]
 
 
 class TargetSettings(Settings):
@@ -50,10 +50,12 @@ class PlanSettings(Settings):
     goals: Goals = Field(
         default="pose",
         description="a run's goal configurations: all of the target's; the one nearest to the start; its own draw "
-        "within the target's tolerance",
+        "within the target's tolerance; one of a few that continue a neighbouring target's",
     )
     goal_draws: int = Field(
-        default=4, gt=0, description="goal configurations that a run draws, for goals=pose"
+        default=4,
+        gt=0,
+        description="goal configurations that a run draws, for goals=pose; that a target has, for goals=consistent",
     )
     clearance_m: float = Field(
         default=0.0, ge=0, description="distance kept to obstacles beyond the scene's margin, m"

@@ -8,10 +8,9 @@ import numpy as np
 
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
-from plancurate.tasks.candidates.goals import planning_scene
+from plancurate.tasks.candidates.consistent_goals import draw_targets
 from plancurate.tasks.candidates.scene_report import SceneReport, scene_report
 from plancurate.tasks.candidates.settings import GenerateSettings
-from plancurate.tasks.candidates.targets import sample_targets
 from plancurate.tasks.learning.test_targets import displaced_tests, reachable_tests
 
 HARD = 1 / 3  # share of hard targets from which on a scene is worth a study
@@ -56,8 +55,7 @@ def check_scene(
     Raises PlancurateError where targets can't be drawn, or for an unknown planner or parameter.
     """
     planned = scene_report(robot, scene, settings, n, planner)
-    targets = sample_targets(robot, planning_scene(scene, settings.plan), settings.targets, 0, n)
-    drawn = displaced_tests(targets, seed)
+    drawn = displaced_tests(draw_targets(robot, scene, settings, 0, n), seed)
     kept = reachable_tests(drawn, robot, scene, settings, seed)
     hard = float(np.mean(kept.hard)) if kept.hard is not None and len(kept) else 0.0
     return SceneCheck(planned, len(drawn), len(kept) / len(drawn), hard)

@@ -134,7 +134,7 @@ def test_prefect_recorded_every_task_run_that_was_executed(
             runs = client.read_task_runs()
     names = sorted(run.name for run in runs if run.state is not None and run.state.is_completed())
     planned = [f"plan {planner} target {target:04d}" for planner in SMOKE.planners for target in range(2)]
-    assert names == sorted([*planned, "sample targets"])
+    assert names == sorted([*planned, "label targets 000000-000001", "sample targets"])
 
 
 def test_no_process_outlives_a_command(smoke: Studied) -> None:
