@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from plancurate.flows.cli.console import console
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.mend import mend
@@ -18,6 +20,11 @@ def begin(config: StudyConfig, home: str | None, *tables: str) -> StudyContext:
     study.lake.sweep()
     for name in tables:
         for pool in study.pools:
-            for damage in mend(study.lake, name, study.study_partition(pool)):
-                console.print(f"  [yellow]made again:[/] {damage.line}", highlight=False, soft_wrap=True)
+            say_made_again(damage.line for damage in mend(study.lake, name, study.study_partition(pool)))
     return study
+
+
+def say_made_again(damage: Iterable[str]) -> None:
+    """Print what was damaged and is made again."""
+    for line in damage:
+        console.print(f"  [yellow]made again:[/] {line}", highlight=False, soft_wrap=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
-from plancurate.flows.begin import begin
+from plancurate.flows.begin import begin, say_made_again
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all, task_runner
 from plancurate.tasks.study.config import StudyConfig
@@ -14,6 +14,7 @@ from plancurate.tasks.study.networks import (
     Network,
     groups,
     is_trained,
+    set_damaged_aside,
     titles,
     train_networks,
     wanted_networks,
@@ -26,6 +27,7 @@ def train(config: StudyConfig, home: str | None = None) -> None:
     """Train what the home folder does not hold yet: one task run for some networks of a policy at once."""
     study = begin(config, home, "selections")
     wanted = wanted_networks(study, study_selections(study))
+    say_made_again(set_damaged_aside(study, wanted))
     missing = [network for network in wanted if not is_trained(study, network)]
     with stage("train", len(missing), "networks") as bar:
         together = groups(missing)

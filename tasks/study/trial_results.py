@@ -10,7 +10,7 @@ from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.against import SqlRow, cell, moments_of, welch_tests
 from plancurate.tasks.study.agreement import agreement_rows
 from plancurate.tasks.study.means import mean_interval
-from plancurate.tasks.study.published import published_results
+from plancurate.tasks.study.published import published_for
 from plancurate.tasks.study.rows import (
     DistanceRow,
     FailureRow,
@@ -57,10 +57,11 @@ def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
     trials = network_trials(lake.query("results/outcomes", study=study, kind=kind))
     if not trials:
         return KindResults(kind, [], [], [], [], [], [], [])
-    published = published_results() if kind == "displaced" else {}
     bootstrap = Bootstrap(trials)
     drawn = bootstrap.draw()
-    summaries = summary_rows(rows("by_selector"), drawn, bootstrap.draw("settled"), published)
+    selectors = rows("by_selector")
+    published = published_for(row["selector"] for row in selectors) if kind == "displaced" else {}
+    summaries = summary_rows(selectors, drawn, bootstrap.draw("settled"), published)
     distances = distance_rows(rows("by_distance"), bootstrap.by_distance(), published)
     return KindResults(
         kind=kind,
