@@ -64,7 +64,8 @@ def neighbours_goal(robot: Robot, position: FloatArray, known: Sequence[Target])
     """The first goal (n,) of the known target nearest to a position (3,), m; the start where none is known."""
     if not known:
         return robot.home
-    return min(known, key=lambda other: float(np.linalg.norm(other.position - position))).goals[0]
+    nearest = min(known, key=lambda other: float(np.linalg.norm(other.position - position)))
+    return np.asarray(nearest.goals[0])
 
 
 def continued(
