@@ -87,7 +87,7 @@ app = build()
 def main(argv: Sequence[str] | None = None) -> None:
     """Run the command line; a user's mistake ends it with one line and exit code 2."""
     try:
-        words = [as_json(word) for word in (sys.argv[1:] if argv is None else argv)]
+        words = gathered([as_json(word) for word in (sys.argv[1:] if argv is None else argv)])
         app(words, exit_on_error=False, print_error=False, console=output)
     except (CycloptsError, PlancurateError) as error:
         stop(str(error), USER_ERROR)
@@ -106,6 +106,21 @@ def as_json(word: str) -> str:
     if not word.startswith(("{", "[")):
         return word
     return json.dumps(parse_yaml(word, shortened(word)), default=str)
+
+
+def gathered(words: Sequence[str]) -> list[str]:
+    """Return the words with several values of an option with dots as one JSON list, for cyclopts takes only one."""
+    result: list[str] = []
+    values: list[str] = []
+    for word in [*words, "--"]:
+        if word.startswith("--"):
+            if len(values) > 1 and "." in result[-len(values) - 1]:
+                result[-len(values) :] = [json.dumps(values)]
+            values = []
+        elif values or (result and result[-1].startswith("--")):
+            values.append(word)
+        result.append(word)
+    return result[:-1]
 
 
 def stop(message: str, code: int) -> None:

@@ -86,7 +86,7 @@ class StudyOptions(HomeOptions):
     """What to study: a preset, then a file, then single options, each over the one before."""
 
     preset: str = "quick"
-    """smoke (a minute), quick (some minutes) or paper (the publication's size)."""
+    """smoke (a minute), quick (two minutes), paper or paper_moveit (the publication's size, an hour)."""
     config: Path | None = None
     """YAML file with fields that differ from the preset."""
     fields: Fields = field(default_factory=dict)

@@ -26,9 +26,9 @@ class TrainSettings(Settings):
     learning_rate: float = Field(1e-3, gt=0, description="largest step size of Adam")
     schedule: Literal["cosine", "constant"] = Field("cosine", description="how the learning rate goes on")
     weight_decay: float = Field(
-        1.0,
+        0.0,
         ge=0,
-        description="pull of all weights to zero, so that a policy acts alike near what it was shown",
+        description="pull of all weights to zero in each step, as a share of them and of the learning rate",
     )
     clip: float = Field(1.0, gt=0, description="largest norm of a network's gradient")
     window: int = Field(

@@ -10,7 +10,7 @@ import pytest
 import yaml
 from pydantic import BaseModel
 
-from plancurate.flows.cli.app import app, as_json, main
+from plancurate.flows.cli.app import app, as_json, gathered, main
 from plancurate.flows.cli.fields import leaves
 from plancurate.flows.cli.study_options import ALIASES, is_model
 from plancurate.tasks.learning.policies import policy_names
@@ -21,7 +21,7 @@ DEFAULTS = {name: value for name, value, _ in leaves(StudyConfig())}
 
 def configured(*words: str) -> StudyConfig:
     """Return the configuration that `plancurate generate` runs with these options."""
-    tokens = ["generate", *map(as_json, words)]
+    tokens = gathered(["generate", *map(as_json, words)])
     _, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
     return bound.arguments["options"].study() if bound.arguments else StudyConfig()
 
@@ -52,7 +52,7 @@ def test_every_field_can_be_given_and_means_the_same(name: str) -> None:
     plain = StudyConfig().model_dump(mode="json")
     for part in name.split("."):
         plain = plain[part]
-    words = [json.dumps(plain)] if "." in name and isinstance(plain, list) else as_words(plain)
+    words = as_words(plain)
     for option in (f"--{name}", f"--{name.replace('_', '-')}"):
         assert value_of(configured("--preset", "smoke", option, *words), name) == default
 

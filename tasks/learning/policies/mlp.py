@@ -25,7 +25,7 @@ class MLPPolicy(Policy):
     robomimic: ClassVar[Mapping[str, Any]] = {"batch": 100, "hidden": (1024, 1024), "activation": "relu"}
 
     batch: int = Field(256, ge=1, description="steps in each gradient step")
-    hidden: tuple[int, ...] = Field((128, 128), min_length=1, description="units of each hidden layer")
+    hidden: tuple[int, ...] = Field((256, 256), min_length=1, description="units of each hidden layer")
     activation: Literal["tanh", "relu"] = Field("tanh", description="what each hidden unit does")
 
     def initial(self, observed: int, acted: int, rng: torch.Generator) -> dict[str, Tensor]:
