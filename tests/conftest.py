@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 from collections.abc import Callable, Iterator
 
@@ -34,11 +33,6 @@ def pytest_itemcollected(item: pytest.Function) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
     """Begin with what takes longest."""
     items.sort(key=lambda item: ("smoke" not in item.fixturenames, item.get_closest_marker("server") is None))
-
-
-def pytest_collection_finish() -> None:
-    """What is imported stays: the garbage collector need not look through it again and again."""
-    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

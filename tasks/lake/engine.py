@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 from functools import lru_cache
 from pathlib import Path
@@ -27,3 +28,6 @@ def _engine(_pid: int, spill: Path | None) -> duckdb.DuckDBPyConnection:
     engine = duckdb.connect(config=settings | ({"temp_directory": str(spill)} if spill else {}))
     engine.execute("SET TimeZone = 'UTC'")
     return engine
+
+
+atexit.register(_engine.cache_clear)  # or DuckDB's binding complains of what is open in the end
