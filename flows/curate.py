@@ -6,11 +6,11 @@ from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.artifacts import table_artifact
+from plancurate.flows.begin import begin
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all
-from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.config import StudyConfig
-from plancurate.tasks.study.context import StudyRef, open_study, reference
+from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.records import record_study
 from plancurate.tasks.study.selections import WantedSelection, make_selection, study_selections
 
@@ -18,7 +18,7 @@ from plancurate.tasks.study.selections import WantedSelection, make_selection, s
 @flow(name="curate", flow_run_name="curate {config.name}")
 def curate(config: StudyConfig, home: str | None = None) -> None:
     """Select from the study's candidates: one task run for each selection, recorded in the lake."""
-    study = open_study(config, Home.resolve(home))
+    study = begin(config, home, "selections", "studies")
     wanted = study_selections(study)
     record_study(study)
     with stage("curate", len(wanted), "selections") as bar:

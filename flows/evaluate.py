@@ -5,26 +5,42 @@ from __future__ import annotations
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
+from plancurate.flows.begin import begin
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all, task_runner
-from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.config import StudyConfig
-from plancurate.tasks.study.context import StudyRef, open_study, reference
+from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.evaluations import count_rollouts, evaluate_networks, missing_evaluations
 from plancurate.tasks.study.networks import Network, groups, titles
 from plancurate.tasks.study.records import record_study
+from plancurate.tasks.study.references import make_references, missing_references
 
 
 @flow(name="evaluate", flow_run_name="evaluate {config.name}")
 def evaluate(config: StudyConfig, home: str | None = None) -> None:
     """Test what is not tested yet: one task run for some networks of a policy on all tests of a pool at once."""
-    study = open_study(config, Home.resolve(home))
+    study = begin(config, home, "evaluations", "reference_trials", "studies")
     missing = missing_evaluations(study)
     record_study(study)
+    pools = [(reference(study), pool.pool, pool.title) for pool in missing_references(study)]
+    run_all(reference_trials, pools, config.workers, runner=task_runner(config))
     with stage("evaluate", count_rollouts(study, missing), "rollouts") as bar:
         together = groups(missing)
         calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
         run_all(evaluate_group, calls, config.workers, bar.advance, runner=task_runner(config))
+
+
+@task(
+    name="references",
+    task_run_name="references {title}",
+    tags=["evaluate"],
+    cache_policy=NO_CACHE,
+    persist_result=False,
+)
+def reference_trials(study: StudyRef, pool: str, title: str) -> int:
+    """Record what a planner, a replayed trajectory and a straight line reach of a pool's tests; gives how many."""
+    opened = study.open()
+    return make_references(opened, opened.pool(pool))
 
 
 @task(

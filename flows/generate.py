@@ -9,22 +9,21 @@ from prefect.cache_policies import NO_CACHE
 
 from plancurate.errors import IncompleteError
 from plancurate.flows.artifacts import table_artifact
+from plancurate.flows.begin import begin
 from plancurate.flows.cli.console import console
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import is_transient, run_all, task_runner
 from plancurate.tasks.candidates.postprocess_pool import shared_pool
-from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study import text
 from plancurate.tasks.study.candidates import (
     Part,
     Planned,
     make_part,
-    mend_pool,
     missing_parts,
     study_targets,
 )
 from plancurate.tasks.study.config import StudyConfig
-from plancurate.tasks.study.context import StudyContext, StudyRef, open_study, reference
+from plancurate.tasks.study.context import StudyContext, StudyRef, reference
 from plancurate.tasks.study.pools import study_pools
 from plancurate.tasks.study.records import record_study
 
@@ -35,10 +34,8 @@ def generate(config: StudyConfig, home: str | None = None) -> None:
 
     Doing it again plans only what is missing; a larger study reuses what a smaller one left.
     """
-    study = open_study(config, Home.resolve(home))
-    study.lake.sweep()
+    study = begin(config, home, "targets", "trajectories", "studies")
     for pool in study.pools:
-        say_made_again(mend_pool(study, pool))
         draw_targets(reference(study), pool.pool)
     if parts := missing_candidates(study):
         plan_all(study, parts)
@@ -82,12 +79,6 @@ def plan_all(study: StudyContext, parts: list[Part]) -> None:
 
 
 # The flow itself must not name the console: Prefect pickles what a flow names for other processes.
-def say_made_again(lines: list[str]) -> None:
-    """Print what was damaged and is made again."""
-    for line in lines:
-        console.print(f"  [yellow]made again:[/] {line}", highlight=False, soft_wrap=True)
-
-
 def say_how_many_differ(study: StudyContext) -> None:
     """Print how many candidates are distinct: curation can only choose among those."""
     for pool in study_pools(study.lake, study.study):

@@ -5,15 +5,16 @@ from __future__ import annotations
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
+from plancurate.flows.begin import begin, say_made_again
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all, task_runner
-from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.config import StudyConfig
-from plancurate.tasks.study.context import StudyRef, open_study, reference
+from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.networks import (
     Network,
     groups,
     is_trained,
+    set_damaged_aside,
     titles,
     train_networks,
     wanted_networks,
@@ -24,8 +25,9 @@ from plancurate.tasks.study.selections import study_selections
 @flow(name="train", flow_run_name="train {config.name}")
 def train(config: StudyConfig, home: str | None = None) -> None:
     """Train what the home folder does not hold yet: one task run for some networks of a policy at once."""
-    study = open_study(config, Home.resolve(home))
+    study = begin(config, home, "selections")
     wanted = wanted_networks(study, study_selections(study))
+    say_made_again(set_damaged_aside(study, wanted))
     missing = [network for network in wanted if not is_trained(study, network)]
     with stage("train", len(missing), "networks") as bar:
         together = groups(missing)

@@ -98,6 +98,21 @@ class StudyMaker:
         part = pa.Table.from_pylist(rows, table("evaluations").schema)
         self.lake.write("evaluations", {**pool, "study": study}, key, part, {})
 
+    def refer(
+        self, study: str, *, kind: str = "displaced", pool: Mapping[str, str] = POOL, **outcomes: str
+    ) -> None:
+        """Record what references reach of tests, one a letter: S or s succeeded, h and s are hard."""
+        rows = [
+            {
+                "reference": reference, "test_id": number, "kind": kind, "x": 0.0, "y": 0.0, "z": 0.0,
+                "hard": outcome in "sh", "success": outcome in "Ss", "target_id": 0, "distance_cm": None,
+            }
+            for reference, letters in outcomes.items()
+            for number, outcome in enumerate(letters)
+        ]  # fmt: skip
+        part = pa.Table.from_pylist(rows, table("reference_trials").schema)
+        self.lake.write("reference_trials", {**pool, "study": study}, kind, part, {})
+
     def select(
         self,
         study: str,

@@ -9,6 +9,7 @@ from typing import Any
 from rich.table import Table
 
 from plancurate.tasks.study import text
+from plancurate.tasks.study.reference_results import ReferenceRow, of_group
 from plancurate.tasks.study.rows import ALL_SCENES, PolicyRow, ResultRow, SummaryRow
 from plancurate.tasks.study.trial_results import KindResults
 
@@ -27,7 +28,7 @@ def matrix(tests: KindResults, title: str) -> Table:
         column.removeprefix("BC_").replace("RNN_", "RNN_\n").replace("Dropout", "Drop-\nout")
         for column in columns
     ]
-    for column in ("selector", "k", *names, total(tests), "set-\ntled"):
+    for column in ("selector", "k", *names, total(tests), "set-\ntled", "hard"):
         shown.add_column(column, justify="left" if column == "selector" else "right", no_wrap=True)
     for summary in lines(tests):
         cells = matrix_cells(tests, summary, columns)
@@ -35,36 +36,69 @@ def matrix(tests: KindResults, title: str) -> Table:
             f"[bold]{text.percent(summary.success_rate)}[/] {stars(summary):<3} "
             f"[dim]\\{text.whole_percents(summary.interval)}[/]"
         )
-        settled = text.percent(summary.settled_rate)
-        shown.add_row(summary.selector, text.budget(summary.budget), *cells, overall, settled)
+        settled, hard = text.percent(summary.settled_rate), text.percent(summary.hard_rate)
+        shown.add_row(summary.selector, text.budget(summary.budget), *cells, overall, settled, hard)
+    for reference in references(tests):
+        cells = reference_rates(tests, reference, columns)
+        rate, hard = text.percent(reference.success_rate), text.percent(reference.hard_rate)
+        overall = f"{rate}     [dim]\\{text.whole_percents(reference.interval)}[/]"
+        shown.add_row(reference.reference, text.NOTHING, *cells, overall, rate, hard, style="italic")
     return shown
 
 
 def matrix_markdown(tests: KindResults) -> str:
     """The matrix of success rates (percent) as Markdown."""
     columns = matrix_columns(tests)
-    return as_markdown(
-        [
-            {
-                "selector": summary.selector,
-                "k": text.budget(summary.budget),
-                **dict(zip(columns, matrix_cells(tests, summary, columns), strict=True)),
-                total(tests): text.percent(summary.success_rate),
-                "95 % interval": text.percents(summary.interval),
-                "vs General": stars(summary),
-                "settled": text.percent(summary.settled_rate),
-                "hard": text.percent(summary.hard_rate),
-                "hard n": summary.hard_n,
-            }
-            for summary in lines(tests)
-        ]
-    )
+    selections = [
+        {
+            "selector": summary.selector,
+            "k": text.budget(summary.budget),
+            **dict(zip(columns, matrix_cells(tests, summary, columns), strict=True)),
+            total(tests): text.percent(summary.success_rate),
+            "95 % interval": text.percents(summary.interval),
+            "vs General": stars(summary),
+            "settled": text.percent(summary.settled_rate),
+            "hard": text.percent(summary.hard_rate),
+            "hard n": summary.hard_n,
+        }
+        for summary in lines(tests)
+    ]
+    others = [
+        {
+            "selector": reference.reference,
+            "k": text.NOTHING,
+            **dict(zip(columns, reference_rates(tests, reference, columns), strict=True)),
+            total(tests): text.percent(reference.success_rate),
+            "95 % interval": text.percents(reference.interval),
+            "vs General": "",
+            "settled": text.percent(reference.success_rate),
+            "hard": text.percent(reference.hard_rate),
+            "hard n": reference.hard_n,
+        }
+        for reference in references(tests)
+    ]
+    return as_markdown([*selections, *others])
 
 
 def lines(tests: KindResults) -> list[SummaryRow]:
     """The selections of the first group: over all scenes where there are several."""
     first = tests.summaries[0].group
     return [row for row in tests.summaries if row.group == first]
+
+
+def references(tests: KindResults) -> list[ReferenceRow]:
+    """What is set beside the selections of the first group."""
+    return list(of_group(tests.references, tests.summaries[0].group).values())
+
+
+def reference_rates(tests: KindResults, reference: ReferenceRow, columns: Sequence[str]) -> list[str]:
+    """A reference's success rate in each scene and variant; nothing for policies, which it has none of."""
+    rates = {
+        row.group_title: text.percent(row.success_rate)
+        for row in tests.references
+        if row.reference == reference.reference
+    }
+    return [rates.get(column, "") for column in columns]
 
 
 def total(tests: KindResults) -> str:

@@ -1,7 +1,8 @@
--- The pool: what a selector may keep. Grain: one distinct trajectory to a target; all scalar columns, no waypoints.
--- Planners find many a trajectory more than once; the first by id stands for its copies, multiplicity counts them.
--- Copies are known by what is measured of them, to the last bit: another motion to a target measures otherwise, and
--- hashing waypoints would take many times as long as all the rest. $targets, $planners: lists, or NULL for all of them.
+-- The pool: what a selector may keep. Grain: one distinct trajectory to a target; all scalar columns.
+-- Planners find many a trajectory more than once; the first by id stands for its copies, multiplicity counts
+-- them. Copies are known by what is measured of them, to the last bit: another motion to a target measures
+-- otherwise, and hashing waypoints would take many times as long as all the rest.
+-- $targets, $planners: lists, or NULL for all of them.
 SELECT
     trajectory_id,
     target_id,

@@ -1,6 +1,6 @@
--- Why trials of a study failed, over policies and seeds: with what they collided first, which joint's limit they
--- broke, or that they came to nothing. Grain: scene (and 'all scenes' of several), pool label, selector, budget,
--- failure, detail; '' where a kind of failure has none.
+-- Why trials of a study failed, over policies and seeds: with what they collided first, which joint's limit
+-- they broke, or that they came to nothing. Grain: scene (and 'all scenes' of several), pool label, selector,
+-- budget, failure, detail; '' where a kind of failure has none.
 -- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
 WITH trials AS (
     SELECT * FROM scene_trials($study, $kind)
@@ -37,5 +37,5 @@ WHERE trials.failure <> ''
 GROUP BY
     trials.scene, trials.pool_label, trials.selector, trials.budget, trials.failure, trials.failure_detail
 ORDER BY
-    trials.scene, trials.pool_label, trials.selector, trials.budget NULLS FIRST, failures DESC, trials.failure,
-    trials.failure_detail;
+    trials.scene, trials.pool_label, trials.selector, trials.budget NULLS FIRST,
+    failures DESC, trials.failure, trials.failure_detail;

@@ -30,7 +30,7 @@ class TargetSettings(Settings):
         default=None, ge=0, description="least distance to the start's tool position, m; null: 0.059 reach"
     )
     orientation: Literal["exact", "yaw_free", "cone", "any"] = Field(
-        default="exact",
+        default="yaw_free",
         description="the tool at a target: as at the start or as the scene says; turned about its own axis; that "
         "and tilted by up to cone_deg; any way",
     )
@@ -45,7 +45,7 @@ class PlanSettings(Settings):
     runs: int = Field(default=3, gt=0, description="runs of each planner for each target")
     seed: int = Field(default=0, ge=0, description="another seed gives other paths")
     goals: Literal["all", "nearest", "pose"] = Field(
-        default="all",
+        default="pose",
         description="a run's goal configurations: all of the target's; the one nearest to the start; its own draw "
         "within the target's tolerance",
     )

@@ -13,6 +13,11 @@ def labelled(selector: str, params: Mapping[str, object]) -> str:
     return f"{selector}({given})" if given else selector
 
 
+def unlabelled(name: str) -> str:
+    """The selector's own name, without the parameters that it was given."""
+    return name.partition("(")[0]
+
+
 def label(selector: str, budget: int | None) -> str:
     """Name a selection for a person."""
     return selector if budget is None else f"{selector} k={budget}"

@@ -10,7 +10,7 @@ import pyarrow as pa
 from plancurate.errors import UnknownNameError
 
 PART_PATTERN = "part-*.parquet"
-SCHEMA_VERSION = 4  # raise it with every change below: older parts are then refused, not misread
+SCHEMA_VERSION = 5  # raise it with every change below: older parts are then refused, not misread
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,15 @@ _EVALUATIONS = _schema(
     {"budget": _INT, "target_id": _INT, "distance_cm": _INT},
 )  # fmt: skip
 
+# One row a test of a pool and reference: Planner, Replay or StraightLine. What succeeds ends at the target and stays.
+_REFERENCE_TRIALS = _schema(
+    {
+        "reference": _TEXT, "test_id": _INT, "kind": _TEXT, "x": _REAL, "y": _REAL, "z": _REAL, "hard": _BOOL,
+        "success": _BOOL,
+    },
+    {"target_id": _INT, "distance_cm": _INT},
+)  # fmt: skip
+
 # One row a pool of a study and time at which the study became the latest of its name.
 _STUDIES = _schema(
     {
@@ -126,6 +135,12 @@ TABLES = {
         Table("targets", POOL_LEVELS, ("target_id",), _TARGETS),
         Table("selections", (*POOL_LEVELS, "study"), ("selection_id", "trajectory_id"), _SELECTIONS),
         Table("evaluations", (*POOL_LEVELS, "study"), ("evaluation_id", "kind", "test_id"), _EVALUATIONS),
+        Table(
+            "reference_trials",
+            (*POOL_LEVELS, "study"),
+            ("reference", "kind", "test_id"),
+            _REFERENCE_TRIALS,
+        ),
         Table("studies", ("study",), ("pool", "run_at"), _STUDIES),
     )
 }

@@ -11,8 +11,9 @@ import numpy.typing as npt
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.learning.arc import resampled, resampled_steps
-from plancurate.tasks.learning.observations import Layout, State, layout, observe, state_at
+from plancurate.tasks.learning.observations import Layout, State, goal_terms, layout, observe, state_at
 from plancurate.tasks.learning.settings import TrainSettings
+from plancurate.tasks.learning.training_goals import TrainingGoals, training_goals
 
 if TYPE_CHECKING:
     from plancurate.robots.robot import Robot
@@ -46,6 +47,8 @@ class Demonstrations:
     """Steps where a training window may begin; all unless given."""
     window_weights: FloatArray | None = None
     """How often each of them is drawn, in proportion; all alike unless given."""
+    goals: TrainingGoals | None = None
+    """Where they end, if a term needs a goal."""
 
     def __post_init__(self) -> None:
         if len(self.window_starts) == 0:
@@ -97,6 +100,9 @@ def demonstrations(
     counts = [len(b) for b in begin]
     if not any(counts):
         raise PlancurateError("demonstrations: no step of the kept trajectories was left to learn from")
+    goals = None
+    if goal_terms(settings.observation):
+        goals = training_goals(target_positions, np.stack([q[-1] for q in trajectories]))
     state = _states(robot, scene, held, np.repeat(target_positions, lengths, axis=0))
     return Demonstrations(
         layout=layout(settings.observation, robot),
@@ -107,6 +113,7 @@ def demonstrations(
         lengths=lengths,
         window_starts=np.concatenate([start + b for start, b in zip(starts, begin, strict=True)]),
         window_weights=None if weights is None else np.repeat(weights, counts),
+        goals=goals,
     )
 
 

@@ -10,10 +10,12 @@ from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
-from plancurate.tasks.candidates.goals import target_goals
-from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.candidates.goals import drawn_goals, target_goals
+from plancurate.tasks.candidates.settings import GenerateSettings, TargetSettings
 
 PLANNER = "RRTConnect"
+SOLUTION_STARTS = 64  # of inverse kinematics, for goals that are chosen from
+SOLUTION_STREAM = 1  # the test's generator that draws them; `reach` draws from another
 
 
 @dataclass(frozen=True)
@@ -51,3 +53,13 @@ def reach(
         robot.native, scene.native, robot.home[None], nearest, plan.resolution
     ).item()
     return Reach(planned=result.status == "exact", hard=not straight)
+
+
+def goal_solutions(
+    robot: Robot, scene: Scene, position: FloatArray, settings: TargetSettings, seed: tuple[int, ...]
+) -> FloatArray:
+    """Free goals (k, n) of a tool position (3,), m, to choose from: all of an exact pose, else drawn ones."""
+    rng = np.random.default_rng((*seed, SOLUTION_STREAM))
+    if settings.orientation == "exact":
+        return target_goals(robot, scene, position, settings, rng)
+    return drawn_goals(robot, scene, position, settings, rng, SOLUTION_STARTS)

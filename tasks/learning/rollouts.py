@@ -23,7 +23,7 @@ FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 REVISION = 2
-"""Raise it when test targets or rollouts come out otherwise than before: the ids of evaluations hold it."""
+"""Raise it when tests, their goals or rollouts come out otherwise than before: the ids of evaluations hold it."""
 
 
 class Trials:
@@ -137,8 +137,8 @@ def roll_out(
 
     All policies are of one kind and of the same sizes, as `train` returns them; each sees the terms that it was
     trained on, and PlancurateError says so where these are not alike or are others for this robot. `goals`
-    (tests, n) are joint angles to end at, for terms that ask for them. The policy's next joint angles become
-    the next state, `dt` s later. Columns: test_id, kind, target_id, distance_cm, x, y, z of the test, hard where
+    (policies, tests, n) are joint angles to end at, for terms that need them. The policy's next joint angles
+    become the next state, `dt` s later. Columns: test_id, kind, target_id, distance_cm, x, y, z of the test, hard where
     it is known; success (reached with every move up to then inside the position and velocity limits and free),
     reached (the same, since a rule broken before ends the trial), collided and out_of_limits (which rule ended it),
     failure (collided, limits or lost) and failure_detail (the first contact; the joint and its limit), settled and
@@ -148,8 +148,8 @@ def roll_out(
     stack = ActingStack(policies, settings.device)
     terms = [name for name, _ in policies[0].layout]
     require_layout(policies[0], layout(terms, robot))
-    repeated = None if goals is None else np.tile(goals, (len(policies), 1))
-    trials = Trials(robot, scene, np.tile(tests.position, (len(policies), 1)), settings, dt, repeated)
+    goals = None if goals is None else goals.reshape(-1, robot.dof)
+    trials = Trials(robot, scene, np.tile(tests.position, (len(policies), 1)), settings, dt, goals)
     shape = (len(policies), len(tests), -1)
     for _ in range(settings.max_steps):
         observations = torch.from_numpy(observe(terms, trials.state)).view(shape)

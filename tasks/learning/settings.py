@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 Action = Literal["delta", "absolute"]
 BASIC_OBSERVATION = ("target_offset", "joint_positions")
+TESTS_BY_DISTANCE = {0: 1, 1: 3, 2: 3, 3: 3, 4: 3, 5: 3}
+"""Tests of each training target by displacement in cm."""
 
 
 class TrainSettings(Settings):
@@ -71,12 +73,15 @@ class TrainSettings(Settings):
     @field_validator("policies")
     @classmethod
     def _policies_are_known(cls, policies: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
-        if policies:
-            from plancurate.tasks.learning.policies.policy import make_policy
+        if not policies:
+            return policies
+        from plancurate.tasks.learning.policies.policy import make_policy
 
-            for name, values in policies.items():
-                make_policy(name, values)
-        return policies
+        # As numbers, not as the text that a command line gives: a study's key must not depend on who wrote them.
+        return {
+            name: make_policy(name, values).model_dump(mode="json", include=set(values))
+            for name, values in policies.items()
+        }
 
     def policy(self, name: str) -> Policy:
         """Build the named policy in the size and with the settings asked for."""

@@ -14,11 +14,9 @@ from plancurate.robots.scene import Scene
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.learning.reach import reach
+from plancurate.tasks.learning.settings import TESTS_BY_DISTANCE
 
 FloatArray = npt.NDArray[np.float64]
-
-TESTS_BY_DISTANCE = {0: 1, 1: 3, 2: 3, 3: 3, 4: 3, 5: 3}
-"""Tests of each training target by displacement in cm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +34,8 @@ class TargetsUnderTest:
     """Number of each among all that were drawn."""
     hard: npt.NDArray[np.bool_] | None = None
     """Whether the straight joint line to the nearest goal is not free; None where nobody looked."""
+    planned: npt.NDArray[np.bool_] | None = None
+    """Whether a planner reaches it; None likewise."""
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -85,7 +85,7 @@ def join_tests(*parts: TargetsUnderTest) -> TargetsUnderTest:
 def reachable_tests(
     tests: TargetsUnderTest, robot: Robot, scene: Scene, settings: GenerateSettings, seed: int
 ) -> TargetsUnderTest:
-    """The tests, under their numbers and marked where they are hard, less displaced ones that no planner reaches.
+    """The tests under their numbers, less displaced ones that no planner reaches; marked where hard, and where planned.
 
     A test's goals and plan depend on its number and the seed, never on which others there are.
     """
@@ -102,6 +102,7 @@ def reachable_tests(
         position=tests.position[kept],
         test_id=tests.test_id[kept],
         hard=np.array([found[i].hard for i in kept], dtype=bool),
+        planned=np.array([found[i].planned for i in kept], dtype=bool),
     )
 
 

@@ -55,6 +55,7 @@ def train(
             weights=stack.network(s),
             normaliser=normalisers[s],
             layout=data[s].layout,
+            goals=data[s].goals,
             action=settings.action,
             window=settings.window,
             seed=seed,

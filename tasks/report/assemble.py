@@ -7,6 +7,7 @@ from typing import Any
 
 from plancurate.tasks.report import failure_table, figures, measured_figures, selection_tables, tables
 from plancurate.tasks.report.contents import Report, Section, Table
+from plancurate.tasks.report.development import development_section
 from plancurate.tasks.report.setup import setup
 from plancurate.tasks.report.source import Source
 from plancurate.tasks.study.agreement import agreement_sentence
@@ -35,6 +36,7 @@ def build_report(results: StudyResults) -> Report:
         selections(headline),
         reasons(headline),
         *(agreement(displaced) if displaced else []),
+        development_section(),
     ]
     verdict = [sentence for one in verdicts(results) for sentence in one.sentences]
     return Report(results.study.name, verdict, overview(results), sections, setup(results))

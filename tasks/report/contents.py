@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from plancurate.tasks.report.commands import Query
 from plancurate.tasks.report.svg import Drawing
+from plancurate.tasks.study.reference_results import ReferenceRow
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -27,6 +28,8 @@ class Table(Generic[RowT]):
     cells: Sequence[Sequence[str]]
     """One sequence a line, as long as headers."""
     queries: Sequence[Query]
+    references: Sequence[ReferenceRow] = ()
+    """What the last lines are about, where these are no `rows`."""
 
     def record(self) -> dict[str, Any]:
         """The table for report.json."""
@@ -35,6 +38,7 @@ class Table(Generic[RowT]):
             "title": self.title,
             "note": self.note,
             "rows": [asdict(row) for row in self.rows],
+            "references": [asdict(row) for row in self.references],
             "commands": [query.command for query in self.queries],
         }
 

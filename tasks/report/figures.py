@@ -15,7 +15,7 @@ from plancurate.tasks.report.charts import (
 from plancurate.tasks.report.contents import Figure
 from plancurate.tasks.report.source import Source
 from plancurate.tasks.study.against import BASELINE
-from plancurate.tasks.study.published import published_results
+from plancurate.tasks.study.published import published_for
 from plancurate.tasks.study.rows import ALL_SCENES, DistanceRow
 
 SUCCESS = "success, %"
@@ -146,7 +146,7 @@ def _curves(rows: Sequence[DistanceRow]) -> dict[str, dict[int, float]]:
 
 
 def _published_curve(selector: str, distances: Sequence[int]) -> list[float] | None:
-    known = published_results().get(selector)
+    known = published_for([selector]).get(selector)
     if known is None or not set(distances) <= set(known.by_distance):
         return None
     return [known.by_distance[distance].rate for distance in distances]

@@ -9,8 +9,9 @@ from typing import TypeVar
 
 from plancurate.tasks.report.commands import Query
 from plancurate.tasks.study import text
+from plancurate.tasks.study.reference_results import ReferenceRow
 from plancurate.tasks.study.results import StudyResults
-from plancurate.tasks.study.rows import Cell, Row
+from plancurate.tasks.study.rows import Cell, Row, SceneRow
 from plancurate.tasks.study.trial_results import Kind, KindResults
 
 RowT = TypeVar("RowT", bound=Row)
@@ -52,7 +53,12 @@ class Source:
         """Cells of those columns."""
         return [*self.group_cells(row), row.selector, text.budget(row.budget)]
 
-    def group_cells(self, row: Row) -> list[str]:
+    @property
+    def references(self) -> list[ReferenceRow]:
+        """What is no selection, in the order of the scenes."""
+        return sorted(self.tests.references, key=lambda row: self.groups.index(row.group))
+
+    def group_cells(self, row: SceneRow) -> list[str]:
         """Scene and pool label of a row, where a study has several."""
         return [*([row.scene] if self._scenes else []), *([row.pool_label] if self._labels else [])]
 

@@ -8,6 +8,7 @@ from typing import Any
 from plancurate.tasks.report.contents import Table
 from plancurate.tasks.report.source import Source
 from plancurate.tasks.study import text
+from plancurate.tasks.study.reference_results import ReferenceRow
 from plancurate.tasks.study.rows import (
     Cell,
     DistanceRow,
@@ -22,6 +23,12 @@ from plancurate.tasks.study.rows import (
 STARS = (
     "Stars: differs from General on the same test targets with p below 0.05 (*), 0.01 (**) or 0.001 (***) after Holm's "
     "adjustment for all tests of one scene in this table; ns: it may be chance."
+)
+REFERENCES = (
+    "The last lines are no selections, each test counted once: Planner, whether a planner reaches the target (the "
+    "ceiling; displaced tests that it does not reach are left out); Replay, the best trajectory to the nearest "
+    "training target, unchanged; StraightLine, in joint space to the goal configuration nearest to the start. They "
+    "settle where they succeed."
 )
 PLAIN = "The publication's own test takes every trial for independent and adjusts nothing; its stars say too much."
 MEASURES = {
@@ -43,8 +50,9 @@ def success_table(source: Source) -> Table[SummaryRow]:
         "seeds, training seeds and test targets; one of a kind shows no spread and adds none) and "
         f"the gain over General in points. {STARS} Best: the first of its scene; tie: the tests can't tell it from the "
         "first. Hard: of the n trials whose target's straight joint line, from the start to the nearest goal "
-        f"configuration, is not free. {PLAIN} Wilson's interval likewise.",
+        f"configuration, is not free. {REFERENCES} {PLAIN} Wilson's interval likewise.",
         rows=rows,
+        references=source.references,
         headers=(*source.headers, "n", "success %", *(() if fresh else ("published %",)), "95 %",
                  "selection seeds x training seeds x targets", "",
                  "gain", "95 %", "Holm p", "settled %", "95 %", "hard %", "n", "publication's: Wilson 95 %", "z", "p"),
@@ -56,9 +64,23 @@ def success_table(source: Source) -> Table[SummaryRow]:
              text.percent(row.hard_rate), str(row.hard_n),
              text.percents(row.wilson), *plain_cells(row.gain.z_test if row.gain else None)]
             for row in rows
+        ] + [reference_cells(source, row, fresh) for row in source.references],
+        queries=[
+            source.query("by_selector", kind=True),
+            source.query("outcomes", kind=True),
+            *([source.query("references", kind=True)] if source.references else []),
         ],
-        queries=[source.query("by_selector", kind=True), source.query("outcomes", kind=True)],
     )  # fmt: skip
+
+
+def reference_cells(source: Source, row: ReferenceRow, fresh: bool) -> list[str]:
+    """A reference's line of the success table."""
+    rate, interval = text.percent(row.success_rate), text.percents(row.interval)
+    return [
+        *source.group_cells(row), row.reference, text.NOTHING, str(row.n), rate, *(() if fresh else ("",)), interval,
+        f"{row.n} targets", "reference", "", "", "", rate, interval, text.percent(row.hard_rate), str(row.hard_n),
+        interval, "", "",
+    ]  # fmt: skip
 
 
 def policy_table(source: Source) -> Table[PolicyRow]:

@@ -11,7 +11,6 @@ from plancurate.tasks.candidates.postprocess_pool import Setting, shared_postpro
 from plancurate.tasks.candidates.sources import find_source
 from plancurate.tasks.candidates.target_table import stored_targets, target_rows, targets_key
 from plancurate.tasks.candidates.targets import Target, sample_targets
-from plancurate.tasks.lake.mend import mend
 from plancurate.tasks.study.context import PoolContext, StudyContext
 
 
@@ -30,21 +29,22 @@ class Part:
         return f"{first:04d}" if first == last else f"{first:04d}-{last:04d}"
 
 
-def mend_pool(study: StudyContext, pool: PoolContext) -> list[str]:
-    """Move damaged parts of a pool aside, so that they count as missing; returns a line for each."""
-    tables = ("targets", "trajectories")
-    return [damage.line for name in tables for damage in mend(study.lake, name, pool.partition)]
-
-
 def study_targets(study: StudyContext, pool: PoolContext) -> list[Target]:
     """Return a pool's targets from the lake, drawing and storing those that are not there yet."""
-    known, count = stored_targets(study.lake, pool.partition), study.config.n_targets
-    if len(known) < count:
-        scene = planning_scene(pool.scene, pool.settings.plan)
-        new = sample_targets(pool.robot, scene, pool.settings.targets, len(known), count - len(known))
+    known = {target.target_id: target for target in stored_targets(study.lake, pool.partition)}
+    scene = planning_scene(pool.scene, pool.settings.plan)
+    for first, count in gaps(sorted(known), study.config.n_targets):
+        new = sample_targets(pool.robot, scene, pool.settings.targets, first, count)
         study.lake.write("targets", pool.partition, targets_key(new), target_rows(new), pool.metadata)
-        known += new
-    return known[:count]
+        known |= {target.target_id: target for target in new}
+    return [known[number] for number in range(study.config.n_targets)]
+
+
+def gaps(known: Sequence[int], count: int) -> list[tuple[int, int]]:
+    """Return the first and the length of each run of numbers below `count` that are not among the ascending known."""
+    ends = [number for number in known if number < count] + [count]
+    begins = [0, *(number + 1 for number in ends[:-1])]
+    return [(begin, end - begin) for begin, end in zip(begins, ends, strict=True) if begin < end]
 
 
 def missing_parts(study: StudyContext, pool: PoolContext, targets: Sequence[Target]) -> list[Part]:

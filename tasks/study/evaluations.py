@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 
+import numpy as np
 import pyarrow as pa
 import torch
 
@@ -12,6 +13,7 @@ from plancurate.tasks.candidates.target_table import stored_targets
 from plancurate.tasks.candidates.targets import sample_targets
 from plancurate.tasks.learning import rollouts
 from plancurate.tasks.learning.policies import TrainedPolicy
+from plancurate.tasks.learning.reach import goal_solutions
 from plancurate.tasks.learning.test_targets import (
     TargetsUnderTest,
     displaced_tests,
@@ -19,6 +21,7 @@ from plancurate.tasks.learning.test_targets import (
     reachable_tests,
     unseen_tests,
 )
+from plancurate.tasks.learning.training_goals import FloatArray, chosen_goals
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.identity import digest
 from plancurate.tasks.study.networks import Network, load_network, wanted_networks
@@ -32,6 +35,27 @@ def study_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
     """Return a pool's tests: training targets displaced, where a planner reaches them, and fresh targets if asked."""
     tests = drawn_tests(study, pool)
     return reachable_tests(tests, pool.robot, pool.scene, pool.settings, study.config.evaluation.seed)
+
+
+@lru_cache(maxsize=8)
+def goals_of_tests(study: StudyContext, pool: PoolContext) -> list[FloatArray]:
+    """Return free inverse-kinematics solutions (k, n) of each of a pool's tests, the same for all networks."""
+    tests, seed = study_tests(study, pool), study.config.evaluation.seed
+    return [
+        goal_solutions(pool.robot, pool.scene, position, pool.settings.targets, (seed, int(number)))
+        for position, number in zip(tests.position, tests.test_id, strict=True)
+    ]
+
+
+def network_goals(
+    study: StudyContext, pool: PoolContext, trained: Sequence[TrainedPolicy]
+) -> FloatArray | None:
+    """Return goal configurations (networks, tests, n) by what each network was shown; None where no term needs any."""
+    shown = [policy.goals for policy in trained if policy.goals is not None]
+    if not shown:
+        return None
+    positions, solutions = study_tests(study, pool).position, goals_of_tests(study, pool)
+    return np.stack([chosen_goals(training, positions, solutions) for training in shown])
 
 
 def drawn_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
@@ -92,7 +116,13 @@ def evaluate_networks(study: StudyContext, networks: Sequence[Network]) -> int:
     tests = study_tests(study, pool)
     trained = [load_network(study, network) for network in networks]
     tables = rollouts.roll_out(
-        trained, pool.robot, pool.scene, tests, study.config.evaluation, pool.settings.timing.dt
+        trained,
+        pool.robot,
+        pool.scene,
+        tests,
+        study.config.evaluation,
+        pool.settings.timing.dt,
+        network_goals(study, pool, trained),
     )
     for network, policy, trials in zip(networks, trained, tables, strict=True):
         rows = trial_rows(study, network, policy, trials)

@@ -14,6 +14,7 @@ import torch
 from plancurate.errors import PlancurateError
 from plancurate.tasks.curation.pool import FloatArray, load_waypoints, waypoint_arrays
 from plancurate.tasks.curation.selectors.selection import Selection
+from plancurate.tasks.lake.manifest import folder_damage
 from plancurate.tasks.learning import train
 from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
 from plancurate.tasks.learning.observations import find_term
@@ -60,6 +61,17 @@ def network_id(study: StudyContext, selection_id: str, policy: str, seed: int) -
 def network_folder(study: StudyContext, network: Network) -> Path:
     """Return where a trained network is kept."""
     return study.home.models / network.network_id
+
+
+def set_damaged_aside(study: StudyContext, networks: Sequence[Network]) -> list[str]:
+    """Move the folders of damaged networks aside, so that they count as missing; returns a line for each file."""
+    lines = []
+    for network in networks:
+        folder = network_folder(study, network)
+        if folder.is_dir() and (damage := folder_damage(folder)):
+            folder.rename(folder.with_name(f".{folder.name}.{uuid4().hex[:8]}.damaged"))
+            lines += damage
+    return lines
 
 
 def is_trained(study: StudyContext, network: Network) -> bool:

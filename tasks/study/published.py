@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -11,6 +11,7 @@ from typing import Any
 
 import yaml
 
+from plancurate.tasks.curation.names import unlabelled
 from plancurate.tasks.study.statistics import Interval, Outcomes
 
 
@@ -48,6 +49,12 @@ def published_results() -> Mapping[str, PublishedResult]:
     text = files(__package__).joinpath("published.yaml").read_text(encoding="utf-8")
     tables = yaml.safe_load(text)
     return MappingProxyType({name: _result(name, row, tables) for name, row in tables["selectors"].items()})
+
+
+def published_for(selectors: Iterable[str]) -> dict[str, PublishedResult]:
+    """Results by the names of a study's selectors, whatever parameters these were given; only of published ones."""
+    known = published_results()
+    return {name: known[unlabelled(name)] for name in selectors if unlabelled(name) in known}
 
 
 def _result(selector: str, row: Mapping[str, Any], tables: Mapping[str, Any]) -> PublishedResult:

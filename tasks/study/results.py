@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.store import Lake
-from plancurate.tasks.learning.test_targets import TESTS_BY_DISTANCE
+from plancurate.tasks.learning.settings import TESTS_BY_DISTANCE
 from plancurate.tasks.study.pools import study_pools
 from plancurate.tasks.study.rows import ALL_SCENES, ResultRow
 from plancurate.tasks.study.selection_results import (

@@ -32,18 +32,11 @@ class Cell(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Row:
-    """What a row is about."""
+class SceneRow:
+    """Where a row is about."""
 
     scene: str
     pool_label: str
-    selector: str
-    budget: int | None
-
-    @property
-    def cell(self) -> Cell:
-        """The selection and where."""
-        return Cell(self.scene, self.pool_label, self.selector, self.budget)
 
     @property
     def group(self) -> tuple[str, str]:
@@ -54,6 +47,19 @@ class Row:
     def group_title(self) -> str:
         """Scene and pool label as the head of a column."""
         return f"{self.scene} {self.pool_label}".strip()
+
+
+@dataclass(frozen=True)
+class Row(SceneRow):
+    """What a row is about."""
+
+    selector: str
+    budget: int | None
+
+    @property
+    def cell(self) -> Cell:
+        """The selection and where."""
+        return Cell(self.scene, self.pool_label, self.selector, self.budget)
 
     @property
     def name(self) -> str:

@@ -9,7 +9,7 @@ from statistics import fmean
 from plancurate.tasks.curation.names import STAGES
 from plancurate.tasks.study.against import SqlRow, cell
 from plancurate.tasks.study.means import mean_interval, moments
-from plancurate.tasks.study.published import published_results
+from plancurate.tasks.study.published import published_for
 from plancurate.tasks.study.rows import Cell, SummaryRow
 from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow, TimeRow
 
@@ -28,7 +28,7 @@ def time_rows(rows: Sequence[SqlRow]) -> list[TimeRow]:
 
 def _time_row(key: Cell, rows: Sequence[SqlRow]) -> TimeRow:
     total = moments([row["selection_time_s"] for row in rows])
-    known = published_results().get(key.selector)
+    known = published_for([key.selector]).get(key.selector)
     return TimeRow(
         *key,
         n=len(rows),

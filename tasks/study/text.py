@@ -36,6 +36,11 @@ def points(share: float) -> str:
     return f"{100 * share:+.1f}"
 
 
+def distance(share: float) -> str:
+    """How far above or below something lies, in percentage points."""
+    return f"{100 * abs(share):.1f} points {'above' if share >= 0 else 'below'}"
+
+
 def decimals(value: float | None) -> str:
     """A measured value: three decimals while it is small, fewer later."""
     if value is None or math.isinf(value):

@@ -10,7 +10,8 @@ from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.against import SqlRow, cell, moments_of, welch_tests
 from plancurate.tasks.study.agreement import agreement_rows
 from plancurate.tasks.study.means import mean_interval
-from plancurate.tasks.study.published import published_results
+from plancurate.tasks.study.published import published_for
+from plancurate.tasks.study.reference_results import ReferenceRow, reference_row
 from plancurate.tasks.study.rows import (
     DistanceRow,
     FailureRow,
@@ -46,6 +47,8 @@ class KindResults:
     """The commonest reason of each selection first."""
     agreement: list[AgreementRow]
     """Empty for unseen targets, which the publication did not test."""
+    references: list[ReferenceRow]
+    """What a planner, a replayed trajectory and a straight line reach of the same tests."""
 
 
 def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
@@ -56,11 +59,12 @@ def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
 
     trials = network_trials(lake.query("results/outcomes", study=study, kind=kind))
     if not trials:
-        return KindResults(kind, [], [], [], [], [], [], [])
-    published = published_results() if kind == "displaced" else {}
+        return KindResults(kind, [], [], [], [], [], [], [], [])
     bootstrap = Bootstrap(trials)
     drawn = bootstrap.draw()
-    summaries = summary_rows(rows("by_selector"), drawn, bootstrap.draw("settled"), published)
+    selectors = rows("by_selector")
+    published = published_for(row["selector"] for row in selectors) if kind == "displaced" else {}
+    summaries = summary_rows(selectors, drawn, bootstrap.draw("settled"), published)
     distances = distance_rows(rows("by_distance"), bootstrap.by_distance(), published)
     return KindResults(
         kind=kind,
@@ -71,6 +75,7 @@ def kind_results(lake: Lake, study: str, kind: Kind) -> KindResults:
         quality=in_order(quality_rows(rows("quality"), published), summaries),
         failures=in_order([FailureRow(**row) for row in rows("failures")], summaries),
         agreement=agreement_rows(summaries, published),
+        references=[reference_row(row) for row in rows("references")],
     )
 
 

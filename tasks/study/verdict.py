@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from plancurate.tasks.study import text
 from plancurate.tasks.study.against import BASELINE, SURE
+from plancurate.tasks.study.reference_results import (
+    PLANNER,
+    REPLAY,
+    STRAIGHT_LINE,
+    ReferenceRow,
+    of_group,
+)
 from plancurate.tasks.study.results import StudyResults
 from plancurate.tasks.study.rows import ALL_SCENES, SummaryRow
 from plancurate.tasks.study.selection_rows import PoolRow
@@ -27,13 +34,15 @@ class Verdict:
     """The best selection and those that the tests can't tell from it."""
     which: str
     sure: str
+    ceiling: str
+    """How far from a planner; empty where no planner was asked."""
     steps: list[str]
     """What to do next."""
 
     @property
     def sentences(self) -> list[str]:
         """All of it, the most important first."""
-        return [self.which, self.sure, *self.steps]
+        return [self.which, self.sure, *([self.ceiling] if self.ceiling else []), *self.steps]
 
 
 def verdicts(results: StudyResults) -> list[Verdict]:
@@ -50,7 +59,9 @@ def _verdict(results: StudyResults, rows: Sequence[SummaryRow]) -> Verdict:
     steps = [*pool_steps(results.pools), *seed_steps(rows), *choice_steps(results, best)]
     several = len({row.group for row in results.headline.summaries}) > 1
     where = f"{text.group(best[0])}: " if several else ""
-    return Verdict(best, where + which(best, TESTS[results.headline.kind]), sure(best[0], general), steps)
+    known = of_group(results.headline.references, best[0].group)
+    said = where + which(best, TESTS[results.headline.kind])
+    return Verdict(best, said, sure(best[0], general), ceiling(best[0], known), steps)
 
 
 def which(best: Sequence[SummaryRow], tests: str) -> str:
@@ -80,6 +91,25 @@ def sure(first: SummaryRow, general: SummaryRow | None) -> str:
     return (
         f"General, which keeps every candidate, reaches {text.percent(general.success_rate)} %: {gain}, "
         f"{text.p_value(first.gain.holm_p)}, {chance}. {covered}"
+    )
+
+
+def ceiling(first: SummaryRow, references: Mapping[str, ReferenceRow]) -> str:
+    """How far the first selection is from a planner, and what is reached without learning."""
+    if PLANNER not in references:
+        return ""
+    planner, line = references[PLANNER], references[STRAIGHT_LINE]
+    rates = [text.percent(references[name].success_rate) for name in (PLANNER, STRAIGHT_LINE, REPLAY)]
+    said = (
+        f"A planner reaches {rates[0]} % of these {planner.n} targets, "
+        f"{text.distance(planner.success_rate - first.success_rate)} {first.name}; a straight line in joint space "
+        f"{rates[1]} %, the best trajectory to the nearest training target {rates[2]} %."
+    )
+    if not line.hard_n:
+        return said
+    return (
+        f"{said} At the hard targets, whose straight line is not free ({line.hard_n} of {line.n}), {first.name} "
+        f"reaches {text.percent(first.hard_rate)} %, a planner {text.percent(planner.hard_rate)} %."
     )
 
 

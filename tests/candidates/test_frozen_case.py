@@ -8,7 +8,7 @@ import pyarrow as pa
 from plancurate import native
 from plancurate.robots import load_robot, load_scene
 from plancurate.tasks.candidates.generate import REVISION, generate_candidates
-from plancurate.tasks.candidates.settings import GenerateSettings, PlanSettings
+from plancurate.tasks.candidates.settings import GenerateSettings, PlanSettings, TargetSettings
 from plancurate.tasks.candidates.targets import sample_targets
 
 # By revision and OMPL's version, both of which name a pool. Another OMPL needs its own entry here, no new revision.
@@ -42,7 +42,7 @@ def test_results_change_with_the_revision_alone():
     robot, scene, settings = (
         load_robot("h2017"),
         load_scene("free"),
-        GenerateSettings(plan=PlanSettings(runs=1)),
+        GenerateSettings(targets=TargetSettings(orientation="exact"), plan=PlanSettings(runs=1, goals="all")),
     )
     targets = sample_targets(robot, scene, settings.targets, 0, 2)
     parts = [

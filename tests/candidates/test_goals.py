@@ -83,7 +83,9 @@ def test_each_run_draws_its_own_goals_and_draws_them_again():
 
 
 def test_goals_without_tolerance_are_drawn_from_the_target_s_own():
-    settings = GenerateSettings(plan=PlanSettings(goals="pose", goal_draws=1))
+    settings = GenerateSettings(
+        targets=TargetSettings(orientation="exact"), plan=PlanSettings(goals="pose", goal_draws=1)
+    )
     target = max(sample_targets(ROBOT, TABLE, settings.targets, 0, 8), key=lambda target: len(target.goals))
     drawn = [run_goals(ROBOT, TABLE, target, seed, settings) for seed in range(12)]
     assert len(target.goals) >= 2

@@ -17,8 +17,9 @@ TARGET = sample_targets(ROBOT, SCENE, TargetSettings(), 1, 1)[0]
 
 
 def plan(planner, run=0, robot=ROBOT, **settings):
-    """Plan to the target with some settings of planning."""
-    return plan_candidate(robot, SCENE, TARGET, planner, run, GenerateSettings(plan=PlanSettings(**settings)))
+    """Plan to the target's own goals with some settings of planning."""
+    settings = GenerateSettings(plan=PlanSettings(goals="all", **settings))
+    return plan_candidate(robot, SCENE, TARGET, planner, run, settings)
 
 
 def test_a_path_leads_from_home_to_the_goal_that_it_names():

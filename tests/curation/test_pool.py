@@ -9,7 +9,7 @@ from plancurate.tasks.curation.pool import load_pool, load_waypoints, make_pool
 from plancurate.tasks.lake.schema import table
 from plancurate.tasks.lake.store import Lake
 
-from ..conftest import trajectory
+from ..lakes import trajectory
 
 PARTITION = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 

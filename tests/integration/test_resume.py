@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
 import subprocess
 import time
@@ -70,3 +71,23 @@ def assert_sound(home: Path) -> None:
     for name in sql.names("audits"):
         assert lake.query(name).num_rows == 0, name
     assert lake.damage() == []
+
+
+def test_damage_in_any_table_is_made_again_and_said(
+    smoke: Studied, plancurate_on_shared_server: Command, tmp_path: Path
+) -> None:
+    home = shutil.copytree(smoke.home, tmp_path / "home")
+    lost = [
+        next(path for path in sorted((home / "lake" / name).rglob("part-*.parquet")) if "=_" not in str(path))
+        for name in ("targets", "trajectories", "studies", "selections", "evaluations")
+    ]
+    lost.append(min((home / "models").glob("*/policy.safetensors")))
+    for path in lost:
+        path.write_bytes(path.read_bytes()[:-1])
+    done = plancurate_on_shared_server("study", "--preset", "smoke", "--home", str(home))
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("made again:") == len(lost)
+    assert all(str(path) in done.stderr for path in lost)
+    same = "SELECT * EXCLUDE (selection_time_s, train_s) FROM evaluations ORDER BY evaluation_id, test_id"
+    assert content(home, same) == content(smoke.home, same)
+    assert_sound(home)

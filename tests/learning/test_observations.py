@@ -26,13 +26,13 @@ from plancurate.tasks.learning.train import train
 SCENE = load_scene("free")
 BASIC = ("target_offset", "joint_positions")
 SMALL = {"BC_MLP": {"hidden": (16,), "batch": 16}}
-GOAL_OFFSET = '''
+WAY_TO_GO = '''
 """How far the joints are from where the motion is to end."""
 from plancurate.tasks.learning.observations import State, observation_term
 
 
-@observation_term("goal_offset", size=lambda robot: robot.dof)
-def goal_offset(state: State):
+@observation_term("way_to_go", size=lambda robot: robot.dof, needs_goal=True)
+def way_to_go(state: State):
     """Goal minus present joint angles, rad."""
     return state.goal - state.q
 '''
@@ -136,15 +136,15 @@ def test_a_term_that_gives_another_number_of_columns_than_it_says_is_named(
 def test_a_term_in_one_file_outside_the_package_is_trained_on_and_rolled_out(
     robot: Robot, tmp_path: Path, install: Callable[[str, ModuleType], None]
 ) -> None:
-    install(GOAL_OFFSET, term)
-    assert "goal_offset" in term_names()
-    policy = trained_on(robot, ("goal_offset",), steps=800, weight_decay=0, learning_rate=3e-3)[0]
-    assert policy.layout == (("goal_offset", 6),)
+    install(WAY_TO_GO, term)
+    assert "way_to_go" in term_names()
+    policy = trained_on(robot, ("way_to_go",), steps=800, weight_decay=0, learning_rate=3e-3)[0]
+    assert policy.layout == (("way_to_go", 6),)
     end = path_to(robot, [0.3, -0.2, 0.2, 0.1, 0.2, 0.1])[-1]
     tests, settings = at_ends(robot, end), EvaluateSettings(max_steps=40)
     policy.save(tmp_path / "policy")
     there, elsewhere = (
-        roll_out([load_policy(tmp_path / "policy")], robot, SCENE, tests, settings, 0.1, goal[None])[0]
+        roll_out([load_policy(tmp_path / "policy")], robot, SCENE, tests, settings, 0.1, goal[None, None])[0]
         for goal in (end, 2 * robot.home - end)
     )
     assert there["success"].to_pylist() == [True]

@@ -112,6 +112,25 @@ def test_table_a1_shows_rates_gains_ties_and_the_publications_test_beside(
     assert lines["Random", "2"][2] == "\N{EN DASH}"
 
 
+def test_references_stand_below_the_selections_in_the_table_and_beside_them_in_its_record(
+    small_lake: Lake, maker: StudyMaker, study: str
+) -> None:
+    maker.refer(study, Planner="SSSs", Replay="S.sh", StraightLine="SShh")
+    table = shown(build_report(study_results(small_lake, study)), "table_a1")
+    assert len(table.cells) == len(table.rows) + 3
+    assert {len(line) for line in table.cells} == {len(table.headers)}
+    assert list(table.cells[-2]) == [
+        "Replay", "\N{EN DASH}", "4", "50.0", "", "[15.0, 85.0]", "4 targets", "reference", "", "", "",
+        "50.0", "[15.0, 85.0]", "50.0", "2", "[15.0, 85.0]", "", "",
+    ]  # fmt: skip
+    assert [line[0] for line in table.cells[-3:]] == ["Planner", "Replay", "StraightLine"]
+    record = table.record()
+    assert [row["reference"] for row in record["references"]] == ["Planner", "Replay", "StraightLine"]
+    assert (record["references"][2]["successes"], record["references"][2]["hard_n"]) == (2, 2)
+    assert all("reference" not in row for row in record["rows"])
+    assert any("GROUPING SETS" in command for command in record["commands"])
+
+
 def test_table_a2_has_a_column_for_each_policy(report: Report) -> None:
     assert shown(report, "table_a2").headers == ("selector", "k", "BC_MLP", "BC_RNN")
     lines = cells(report, "table_a2")

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from plancurate.tasks.learning.policies import policy_names
-from plancurate.tasks.study.published import PublishedResult, published_results
+from plancurate.tasks.study.published import PublishedResult, published_for, published_results
 from plancurate.tasks.study.statistics import Interval, Outcomes, two_proportion_test, wilson_interval
 
 # Successes of 320 trials in A1, and what the six counts of A3 add up to.
@@ -124,3 +124,11 @@ def test_nobody_changes_what_was_printed() -> None:
         GENERAL.final_distance = 0.0  # type: ignore[misc]
     with pytest.raises(TypeError):
         GENERAL.by_policy["BC_MLP"] = Outcomes(80, 80)  # type: ignore[index]
+
+
+def test_parameters_do_not_hide_what_the_publication_says_of_a_selector() -> None:
+    named = published_for(["KMeans_Hybrid(scaling=raw)", "General", "Random"])
+    assert named == {
+        "KMeans_Hybrid(scaling=raw)": published_results()["KMeans_Hybrid"],
+        "General": GENERAL,
+    }

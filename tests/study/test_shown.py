@@ -30,7 +30,10 @@ def tests(small_lake: Lake, maker: Any) -> KindResults:
     study = maker.record("long", "aaaaaaaa")
     for policy in ("BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN"):
         maker.test(study, "General", None, policy, BAD)
-        maker.test(study, "BehaviorRetrieval_Native", 20, policy, GOOD)
+        maker.test(study, "BehaviorRetrieval_Native", 20, policy, GOOD, hard=True)
+    maker.refer(
+        study, Planner=36 * "S" + "ssss", Replay=20 * "S" + 16 * "." + "ss.h", StraightLine=36 * "S" + "hhhh"
+    )
     return study_results(small_lake, study).headline
 
 
@@ -45,12 +48,21 @@ def test_the_matrix_has_a_column_for_each_policy_in_80_characters(tests: KindRes
     shown = lines(tests)
     assert max(map(len, shown)) <= 80
     best, general = tests.summaries
-    assert shown[-2].split() == [
-        "BehaviorRetrieval_Native", "20", *["97.5"] * 4, "97.5", "***", whole_percents(best.interval), "97.5",
+    assert shown[-5].split() == [
+        "BehaviorRetrieval_Native", "20", *["97.5"] * 4, "97.5", "***", whole_percents(best.interval), "97.5", "97.5",
     ]  # fmt: skip
-    assert shown[-1].split() == [
-        "General", "all", *["20.0"] * 4, "20.0", whole_percents(general.interval), "20.0",
+    assert shown[-4].split() == [
+        "General", "all", *["20.0"] * 4, "20.0", whole_percents(general.interval), "20.0", "\N{EN DASH}",
     ]  # fmt: skip
+    assert [line.split() for line in shown[-3:]] == [
+        ["Planner", "\N{EN DASH}", "100.0", "[91,100]", "100.0", "100.0"],
+        ["Replay", "\N{EN DASH}", "55.0", "[40,69]", "55.0", "66.7"],
+        ["StraightLine", "\N{EN DASH}", "90.0", "[77,96]", "90.0", "0.0"],
+    ]
+    assert (
+        "| Replay | \N{EN DASH} |  |  |  |  | 55.0 | [39.8, 69.3] |  | 55.0 | 66.7 | 3 |"
+        in matrix_markdown(tests)
+    )
     assert "all policies" in shown[3]
     assert "| General | all | 20.0 | 20.0 | 20.0 | 20.0 | 20.0 |" in matrix_markdown(tests)
 
@@ -61,12 +73,15 @@ def test_of_several_scenes_the_matrix_has_a_column_each_and_their_total(small_la
         maker.test(study, "General", None, "BC_MLP", general, pool=pool)
         maker.test(study, "KMeans", 2, "BC_MLP", hybrid, pool=pool)
     maker.test(study, "Random", 2, "BC_MLP", "SSSS", pool=FREE)
+    maker.refer(study, pool=FREE, Planner="SSSS")
+    maker.refer(study, pool=TABLE, Planner="SSh.")
     tests = study_results(small_lake, study).headline
     shown = lines(tests)
-    assert shown[2].split() == ["selector", "k", "free", "table", "all", "scenes", "tled"]
+    assert shown[2].split() == ["selector", "k", "free", "table", "all", "scenes", "tled", "hard"]
     assert [line.split()[:5] for line in shown[3:]] == [
         ["KMeans", "2", "75.0", "50.0", "62.5"],
         ["General", "all", "25.0", "0.0", "12.5"],
+        ["Planner", "\N{EN DASH}", "100.0", "50.0", "75.0"],
     ]
     header = report_markdown(tests.networks).splitlines()[0]
     assert header.startswith("| scene | selector | budget | policy | seed | n |")

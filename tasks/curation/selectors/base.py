@@ -14,8 +14,9 @@ import duckdb
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
+from plancurate.bounds import Settings as Settings  # for whoever writes a selector
 from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 from plancurate.registry import discover
 from plancurate.sql import load
@@ -29,12 +30,6 @@ if TYPE_CHECKING:
 
 IntArray = npt.NDArray[np.int64]
 ENTRY_POINTS = "plancurate.selectors"
-
-
-class Settings(BaseModel):
-    """Parameters of a selector; subclass it to have some. Unknown names are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 @dataclass(eq=False)

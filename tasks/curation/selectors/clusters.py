@@ -61,7 +61,9 @@ def dbscan_labels(pool: Pool, settings: DBSCANSettings, seed: int) -> IntArray:
     """Cluster of every candidate (candidates,), NOISE where it has too few neighbours."""
     eps = settings.eps_m or settings.eps_share * _smallest_distance(pool.target_positions())
     fitted = DBSCAN(eps=max(eps, _SMALLEST_EPS_M), min_samples=settings.min_samples)
-    return _integers(fitted.fit_predict(pool.tool_positions()))
+    # A trajectory that was planned five times is as dense as five.
+    weight = pool.candidates["multiplicity"].to_numpy()
+    return _integers(fitted.fit_predict(pool.tool_positions(), sample_weight=weight))
 
 
 def hierarchical_labels(pool: Pool, settings: HierarchicalSettings, seed: int) -> IntArray:

@@ -35,17 +35,20 @@ class ObservationTerm:
     description: str
     revision: int
     """Raised by its author when it gives other numbers than before."""
+    needs_goal: bool = False
+    """Whether it reads `State.goal`: then trained policies keep what goals of tested positions are chosen by."""
 
 
 _registry: dict[str, ObservationTerm] = {}
 
 
 def observation_term(
-    name: str, *, size: Callable[[Robot], int], revision: int = 1
+    name: str, *, size: Callable[[Robot], int], revision: int = 1, needs_goal: bool = False
 ) -> Callable[[Observe], Observe]:
     """Register the decorated function as a term; the first line of its docstring describes it.
 
-    Raises ValueError when another function has the name.
+    `needs_goal` says that it reads `State.goal`, which is then never None. Raises ValueError when another function has
+    the name.
     """
 
     def register(function: Observe) -> Observe:
@@ -55,7 +58,7 @@ def observation_term(
                 f"observation term '{name}' is registered by {known.function.__module__} already"
             )
         description = (inspect.getdoc(function) or "").partition("\n")[0]
-        _registry[name] = ObservationTerm(name, function, size, description, revision)
+        _registry[name] = ObservationTerm(name, function, size, description, revision, needs_goal)
         return function
 
     return register
@@ -88,6 +91,11 @@ def layout(names: Sequence[str], robot: Robot) -> Layout:
     return tuple((name, find_term(name).size(robot)) for name in names)
 
 
+def goal_terms(names: Sequence[str]) -> list[str]:
+    """Those of the terms that need a goal configuration."""
+    return [name for name in names if find_term(name).needs_goal]
+
+
 def width(parts: Layout) -> int:
     """How many numbers (o) an observation has."""
     return sum(size for _, size in parts)
@@ -96,8 +104,14 @@ def width(parts: Layout) -> int:
 def observe(names: Sequence[str], state: State) -> FloatArray:
     """Observations (b, o) of b states, the terms side by side in the order of their names.
 
-    Raises PlancurateError for a term that gives another number of columns than it says.
+    Raises PlancurateError for a term that gives another number of columns than it says, or needs a goal where none
+    is known.
     """
+    if state.goal is None and (needy := goal_terms(names)):
+        raise PlancurateError(
+            f"observation term '{needy[0]}' needs a goal configuration and there is none; give goals, or leave the "
+            "term out"
+        )
     parts = []
     for name, size in layout(names, state.robot):
         part = find_term(name).function(state)

@@ -8,9 +8,10 @@ from functools import cache
 from typing import Any, ClassVar, TypeVar
 
 import torch
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 from torch import Tensor
 
+from plancurate.bounds import Settings
 from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 from plancurate.registry import discover
 
@@ -19,14 +20,12 @@ Weights = Mapping[str, Tensor]
 """Parameters by name; in a stack of S networks each tensor has a leading dimension S."""
 
 
-class Policy(BaseModel, ABC):
+class Policy(Settings, ABC):
     """A network's settings and its mathematics, for S stacked networks at once.
 
     A policy holds no parameters: they are passed in, stacked, so that a loss or a step of S networks is one
     batched matrix product. Everything is in standardised units.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: ClassVar[str]
     revision: ClassVar[int] = 1

@@ -15,11 +15,13 @@ from torch import Tensor
 
 from plancurate.errors import PlancurateError, field_of, first_problem
 from plancurate.tasks.lake.manifest import folder_damage, list_files
-from plancurate.tasks.learning.observations import Layout, require_terms, width
+from plancurate.tasks.learning.observations import Layout, goal_terms, require_terms, width
 from plancurate.tasks.learning.policies.policy import Policy, make_policy
 from plancurate.tasks.learning.settings import Action
+from plancurate.tasks.learning.training_goals import TrainingGoals
 
 WEIGHTS_FILE, DESCRIPTION_FILE = "policy.safetensors", "policy.json"
+GOALS = tuple(TrainingGoals.__dataclass_fields__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +54,8 @@ class TrainedPolicy:
     """(gradient steps done, mean loss since the entry before)."""
     diagnostics: dict[str, float] = field(default_factory=dict)
     """What the policy tells of what it has learnt."""
+    goals: TrainingGoals | None = None
+    """Where its demonstrations end, if a term needs a goal: what goals of other positions are chosen by."""
 
     @property
     def dof(self) -> int:
@@ -63,6 +67,8 @@ class TrainedPolicy:
         folder.mkdir(parents=True, exist_ok=True)
         tensors = {f"weights.{name}": value.contiguous() for name, value in self.weights.items()}
         tensors |= {f"normaliser.{name}": value for name, value in vars(self.normaliser).items()}
+        if self.goals is not None:
+            tensors |= {f"goals.{name}": torch.from_numpy(value) for name, value in vars(self.goals).items()}
         (folder / WEIGHTS_FILE).write_bytes(save(tensors))
         description = Description(
             format=2,
@@ -158,4 +164,19 @@ def _restore(
         description.train_s,
         description.loss_curve,
         description.diagnostics,
+        _goals(file, description, tensors, acted),
     )
+
+
+def _goals(
+    file: Path, description: Description, tensors: dict[str, Tensor], joints: int
+) -> TrainingGoals | None:
+    if not (needy := goal_terms([name for name, _ in description.observation])):
+        return None
+    positions, configurations = (tensors.get(f"goals.{name}", torch.empty(0)).numpy() for name in GOALS)
+    if positions.shape[1:] != (3,) or configurations.shape != (len(positions), joints):
+        raise PlancurateError(
+            f"{file}: goals.positions is {positions.shape} and goals.configurations {configurations.shape}; the term "
+            f"'{needy[0]}' needs (g, 3) and (g, {joints})"
+        )
+    return TrainingGoals(positions, configurations)

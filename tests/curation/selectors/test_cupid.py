@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import duckdb
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.stats import spearmanr
 from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.selectors import cupid
+from plancurate.tasks.curation.selectors import sampled_policy as cupid_rollouts
 from plancurate.tasks.curation.selectors.base import Problem, Stopwatch
 from plancurate.tasks.curation.selectors.cupid import InfluenceSettings
 from plancurate.tasks.curation.selectors.influence import (
@@ -40,6 +42,7 @@ from plancurate.tasks.curation.selectors.selection import Selection, select
 from plancurate.tasks.curation.selectors.transitions import target_rows
 from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
 from plancurate.tasks.learning.policies.trained import TrainedPolicy
+from plancurate.tasks.learning.rollouts import Trials
 from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.tasks.learning.test_targets import displaced_tests
 from plancurate.tasks.learning.train import train
@@ -382,3 +385,27 @@ def settings_of(
         EvaluateSettings.model_validate(evaluation or {}),
         LEARNING.timing,
     )
+
+
+def test_the_base_policy_may_observe_goals_and_is_rolled_out_to_those_of_near_targets(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bed = defective_pool(seed=1, targets=3, per_target=6)
+    given: list[np.ndarray] = []
+
+    def noted(*arguments: Any) -> Trials:
+        given.append(arguments[-1])
+        return Trials(*arguments)
+
+    monkeypatch.setattr(cupid_rollouts, "Trials", noted)
+    training = TrainSettings(observation=("target_offset", "joint_positions", "goal_offset"))
+    learning = LearningSettings(training, EvaluateSettings(max_steps=60), LEARNING.timing)
+    kept = run("CUPID", bed, 2, learning=learning).kept
+    assert np.bincount(kept["target_id"].to_numpy()).tolist() == [2, 2, 2]
+    ends = np.array([path[-1] for path in bed.paths])
+    goals = given[0].reshape(3, QUICK["rollouts"], 6)
+    for target in range(3):  # half a centimetre away from its target a goal lies among ends that are shown
+        apart = np.linalg.norm(goals[target, 0] - ends[bed.target == target], axis=1)
+        assert apart.min() < 0.5
+    basic = run("CUPID", bed, 2)
+    assert basic.selection_id != run("CUPID", bed, 2, learning=learning).selection_id

@@ -1,0 +1,35 @@
+"""Which targets an experiment may read: never those that a study trains or tests on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from plancurate.tasks.study.config import StudyConfig, load_config, preset_names
+from plancurate.tasks.study.evaluations import UNSEEN_SEED_OFFSET
+
+EXPERIMENTS = Path(__file__).parents[2] / "experiments"
+SCRIPTS = {
+    "defaults": "development",
+    "hard_scenes": "hard_scenes",
+}  # each script with the configuration that it reads, and reads alone
+
+
+def seeds(config: StudyConfig) -> set[int]:
+    """Seeds of the targets that a configuration trains or tests on."""
+    training = {config.pool_settings(label).targets.seed for label in config.pool_labels}
+    return training | {config.evaluation.seed, config.evaluation.seed + UNSEEN_SEED_OFFSET}
+
+
+def test_every_experiment_is_listed_here() -> None:
+    assert {path.stem for path in EXPERIMENTS.glob("*.py")} == set(SCRIPTS)
+
+
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_an_experiment_reads_no_target_of_a_preset(script: str) -> None:
+    configuration = EXPERIMENTS / f"{SCRIPTS[script]}.yaml"
+    assert configuration.name in (EXPERIMENTS / f"{script}.py").read_text()
+    development = seeds(load_config("smoke", configuration, {}))
+    for preset in preset_names():
+        assert development.isdisjoint(seeds(load_config(preset, None, {}))), preset

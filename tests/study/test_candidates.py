@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.lake.manifest import forget, locked
+from plancurate.tasks.study.candidates import gaps, study_targets
+from plancurate.tasks.study.config import load_config
+from plancurate.tasks.study.context import StudyContext, open_study
+
+
+@given(st.sets(st.integers(0, 12)), st.integers(1, 10))
+def test_gaps_are_the_numbers_that_are_not_known(known: set[int], count: int) -> None:
+    found = gaps(sorted(known), count)
+    assert [number for first, length in found for number in range(first, first + length)] == sorted(
+        set(range(count)) - known
+    )
+    assert all(first + length not in {other for other, _ in found} for first, length in found)
+
+
+def opened(home: Path, n_targets: int) -> StudyContext:
+    return open_study(load_config("smoke", None, {"n_targets": n_targets}), Home(home))
+
+
+def drawn(study: StudyContext) -> list[tuple[int, list[float]]]:
+    targets = study_targets(study, study.pools[0])
+    return [(target.target_id, target.position.tolist()) for target in targets]
+
+
+def test_targets_whose_part_was_lost_are_drawn_again_as_they_were(tmp_path: Path) -> None:
+    for count in (2, 4, 6):
+        before = drawn(opened(tmp_path, count))
+    assert [number for number, _ in before] == [0, 1, 2, 3, 4, 5]
+    study = opened(tmp_path, 6)
+    folder = study.lake.folder("targets", study.pools[0].partition)
+    with locked(folder):
+        forget(folder, ["part-000002-000003.parquet"])
+    (folder / "part-000002-000003.parquet").unlink()
+    assert drawn(opened(tmp_path, 6)) == before
