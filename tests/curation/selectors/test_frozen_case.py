@@ -73,6 +73,7 @@ def test_selections_change_with_the_revision_alone(bed: Bed, name: str) -> None:
     assert fingerprint(bed, name) == FROZEN[name, find_selector(name).revision], ADVICE.format(name=name)
 
 
+@pytest.mark.training
 @pytest.mark.parametrize("name", [n for n in selector_names() if n.startswith(tuple(LEARNED))])
 def test_learned_selections_change_with_the_revision_alone(small_bed: Bed, name: str) -> None:
     params = next(params for family, params in LEARNED.items() if name.startswith(family))
