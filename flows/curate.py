@@ -7,6 +7,7 @@ from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.begin import begin
+from plancurate.flows.label import label_all
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all
 from plancurate.tasks.study.config import StudyConfig
@@ -18,7 +19,8 @@ from plancurate.tasks.study.selections import WantedSelection, make_selection, s
 @flow(name="curate", flow_run_name="curate {config.name}")
 def curate(config: StudyConfig, home: str | None = None) -> None:
     """Select from the study's candidates: one task run for each selection, recorded in the lake."""
-    study = begin(config, home, "selections", "studies")
+    study = begin(config, home, "ways", "selections", "studies")
+    label_all(study)  # candidates that other studies planned
     wanted = study_selections(study)
     record_study(study)
     with stage("curate", len(wanted), "selections") as bar:

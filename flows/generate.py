@@ -11,6 +11,7 @@ from plancurate.errors import IncompleteError
 from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.begin import begin
 from plancurate.flows.cli.console import console
+from plancurate.flows.label import label_all
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import is_transient, run_all, task_runner
 from plancurate.tasks.candidates.postprocess_pool import shared_pool
@@ -34,15 +35,16 @@ def generate(config: StudyConfig, home: str | None = None) -> None:
 
     Doing it again plans only what is missing; a larger study reuses what a smaller one left.
     """
-    study = begin(config, home, "targets", "trajectories", "studies")
+    study = begin(config, home, "targets", "trajectories", "ways", "studies")
     for pool in study.pools:
         draw_targets(reference(study), pool.pool)
     if parts := missing_candidates(study):
         plan_all(study, parts)
     if parts := missing_candidates(study):
         raise IncompleteError(f"{len(parts)} parts are not in the lake, the first {parts[0]}")
+    label_all(study)
     record_study(study)
-    say_how_many_differ(study)
+    say_what_pools_are_worth(study)
     planners = study.lake.query("results/planners", study=study.study).to_pylist()
     table_artifact("planners", planners, "What each planner solved, and how long it took.")
 
@@ -79,12 +81,13 @@ def plan_all(study: StudyContext, parts: list[Part]) -> None:
 
 
 # The flow itself must not name the console: Prefect pickles what a flow names for other processes.
-def say_how_many_differ(study: StudyContext) -> None:
-    """Print how many candidates are distinct: curation can only choose among those."""
+def say_what_pools_are_worth(study: StudyContext) -> None:
+    """Print how many candidates of each pool differ and in how many ways: curation can only choose among those."""
     for pool in study_pools(study.lake, study.study):
-        if pool.distinct < pool.candidates:
-            counts = f"{pool.candidates} solved and verified, {pool.distinct} of them distinct"
-            console.print(f"  {text.group(pool)}: {counts}", style="dim")
+        style = "yellow" if pool.degenerate else "dim"
+        console.print(
+            f"  {text.group(pool)}: {text.pool(pool)}", style=style, highlight=False, soft_wrap=True
+        )
 
 
 # No tags: for a tagged task run Prefect asks its server for a concurrency slot, a tenth of the run's own work.

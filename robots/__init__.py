@@ -1,7 +1,7 @@
 """Robots and scenes: what they are, loaded from files into plain arrays and the native model."""
 
 from plancurate.robots.collisions import colliding_pairs
-from plancurate.robots.inverse_kinematics import draw_ik, representatives, solve_ik
+from plancurate.robots.inverse_kinematics import continue_ik, draw_ik, representatives, solve_ik
 from plancurate.robots.loading import load_robot, robot_names
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Region, Scene
@@ -12,6 +12,7 @@ __all__ = [
     "Robot",
     "Scene",
     "colliding_pairs",
+    "continue_ik",
     "draw_ik",
     "load_robot",
     "load_scene",

@@ -60,9 +60,23 @@ def draw_ik(
     (starts,3), one a start, or to neither. A solution may come several times. Targets are met to 1e-6 m and rad.
     """
     drawn = rng.uniform(robot.lower, robot.upper, (starts, robot.dof))
-    states = _turns_within_limits(robot, converge(robot, drawn, position, rotation, axes))
-    states = states[native.is_free(robot.native, scene.native, states)]
-    return np.asarray(rng.permutation(states))
+    return np.asarray(rng.permutation(continue_ik(robot, scene, position, drawn, rotation, axes)))
+
+
+def continue_ik(
+    robot: Robot,
+    scene: Scene,
+    position: FloatArray,
+    starts: FloatArray,
+    rotation: FloatArray | None = None,
+    axes: FloatArray | None = None,
+) -> FloatArray:
+    """Return the free solutions (k,n) within the planning limits that `starts` (s,n), rad, lead to.
+
+    The tool is held as `draw_ik` says; `axes` is one a start. What differs by whole turns counts as well.
+    """
+    states = _turns_within_limits(robot, converge(robot, starts, position, rotation, axes))
+    return states[native.is_free(robot.native, scene.native, states)]
 
 
 def representatives(q: FloatArray, separation: float = SEPARATION) -> FloatArray:

@@ -13,6 +13,7 @@ from plancurate.tasks.lake.store import Lake
 
 from .lakes import POOL, trajectory
 
+LABELLING = "1abe1"
 NO_SECONDS = dict.fromkeys(
     ("prepare_s", "base_policy_s", "rollouts_s", "cluster_s", "score_s", "select_s", "selection_time_s"), 0.0
 )
@@ -44,8 +45,8 @@ class StudyMaker:
         rows = [
             {
                 "name": name, "study_key": key, "config": "{}", **pool, "pool_label": label,
-                "planners": ["RRT", "PRM"], "n_targets": 3, "run_at": datetime(2026, 1, 1, tzinfo=UTC),
-                "package_version": "0", "ompl_version": "1.5.2",
+                "planners": ["RRT", "PRM"], "labelling": LABELLING, "n_targets": 3,
+                "run_at": datetime(2026, 1, 1, tzinfo=UTC), "package_version": "0", "ompl_version": "1.5.2",
             } | changes
             for pool, label in pools
         ]  # fmt: skip
@@ -59,6 +60,14 @@ class StudyMaker:
             [trajectory(target_id, planner, 0) | changes], table("trajectories").schema
         )
         self.lake.write("trajectories", {**POOL, "planner": planner}, f"{target_id:06d}-{key}", part, {})
+
+    def label(self, ways: Mapping[str, str | None], labelling: str = LABELLING) -> None:
+        """Record the ways of trajectories, such as t0001-RRT-r0-0a1b2c."""
+        rows = [
+            {"trajectory_id": name, "target_id": int(name[1:5]), "way": way} for name, way in ways.items()
+        ]
+        part = pa.Table.from_pylist(rows, table("ways").schema)
+        self.lake.write("ways", {**POOL, "labelling": labelling}, "000000-000002", part, {})
 
     def test(
         self,

@@ -31,10 +31,13 @@ COMMANDS = {
     ],
     "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
     "See what there is": [
-        "fields:fields", "planning:robots", "planning:planners", "registered:selectors", "registered:policies",
-        "doctor:doctor",
+        "fields:fields", "planning:robots", "scenes", "planning:planners", "registered:selectors",
+        "registered:policies", "doctor:doctor",
     ],
 }  # fmt: skip
+
+# Commands with commands of their own, named above without a module.
+FAMILIES = {"scenes": ("Look into scenes before a study: scenes check NAME.", ["scenes:check"])}
 
 
 @cache
@@ -58,10 +61,24 @@ def build() -> App:
     for title, commands in COMMANDS.items():
         group = Group(title, sort_key=next(place))
         for command in commands:
-            module, _, name = command.partition(":")
-            path, help = f"{__package__}.{command}", functions(module)[name]
-            app.command(path, name=name, help=help, group=group, sort_key=next(place))
+            add(app, command, next(place), group)
     return app
+
+
+def add(app: App, command: str, place: int, group: Group | None = None) -> None:
+    """Add a command, by its module and function or as a family of commands, to an app or to a family."""
+    if command in FAMILIES:
+        help, members = FAMILIES[command]
+        family = App(
+            name=command, help=help, help_format="plaintext", version_flags=[], group=group, sort_key=place
+        )
+        for number, member in enumerate(members):
+            add(family, member, number)
+        app.command(family)
+        return
+    module, _, name = command.partition(":")
+    path, help = f"{__package__}.{command}", functions(module)[name]
+    app.command(path, name=name, help=help, group=group, sort_key=place)
 
 
 app = build()

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from plancurate.flows.cli.console import output, write
 from plancurate.flows.cli.options import HomeOptions
+from plancurate.flows.cli.pools import say_degenerate
 from plancurate.flows.cli.tables import as_markdown
 from plancurate.tasks.curation.names import label
 from plancurate.tasks.lake.store import Lake
@@ -54,7 +55,10 @@ def compare(
         key_b: Key of an earlier study of the second name.
     """
     lake = Lake(options.folder().lake)
-    compared = compare_studies(lake, find_study(lake, study_a, key_a), find_study(lake, study_b, key_b), kind)
+    a, b = find_study(lake, study_a, key_a), find_study(lake, study_b, key_b)
+    compared = compare_studies(lake, a, b, kind)
+    for study in dict.fromkeys((a, b)):
+        say_degenerate(lake, study)
     if format == "json":
         write(as_json(compared))
     elif format == "markdown":

@@ -2,7 +2,7 @@
 -- Planners find many a trajectory more than once; the first by id stands for its copies, multiplicity counts
 -- them. Copies are known by what is measured of them, to the last bit: another motion to a target measures
 -- otherwise, and hashing waypoints would take many times as long as all the rest.
--- $targets, $planners: lists, or NULL for all of them.
+-- $targets, $planners: lists, or NULL for all of them. $labelling: whose ways to show, or NULL for none.
 SELECT
     trajectory_id,
     target_id,
@@ -22,8 +22,14 @@ SELECT
     final_distance,
     n_waypoints,
     dt,
+    labelled.way,
     count(*) OVER copies AS multiplicity
 FROM trajectories
+LEFT JOIN (
+    SELECT trajectory_id, way
+    FROM ways
+    WHERE robot = $robot AND scene = $scene AND pool = $pool AND labelling = $labelling
+) AS labelled USING (trajectory_id)
 WHERE
     robot = $robot
     AND scene = $scene

@@ -9,8 +9,8 @@ so the work grows with the number of paths times the few classes that a target h
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -18,21 +18,14 @@ import numpy.typing as npt
 from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
-from plancurate.robots.shapes import FloatArray
+from plancurate.robots.shapes import BoolArray, FloatArray
+
+IntArray = npt.NDArray[np.intp]
 
 REVISION = 1  # raise when labels change
 GOAL_RADIUS = 1.0  # rad (m)
 POINTS = 48  # of a path that are compared with another's
 RESOLUTION = 0.05  # rad (m) between the checked states of a line from one path to another
-
-
-@dataclass(frozen=True, eq=False)
-class Way:
-    """A class that has been met, by its shortest path resampled to `points` (POINTS, n)."""
-
-    goal: int
-    path: int
-    points: FloatArray
 
 
 def label_paths(robot: Robot, scene: Scene, paths: Sequence[FloatArray], targets: Sequence[int]) -> list[str]:
@@ -44,39 +37,50 @@ def label_paths(robot: Robot, scene: Scene, paths: Sequence[FloatArray], targets
     labels = [""] * len(paths)
     for rows in rows_by_target(targets):
         shortest_first = sorted(rows, key=lambda row: length(paths[row]))
-        points = {row: resampled(paths[row]) for row in shortest_first}
-        ways: list[Way] = []
-        for row in shortest_first:
-            way = known_way(robot, scene, ways, points[row]) or new_way(ways, points[row])
-            labels[row] = f"g{way.goal}.p{way.path}"
+        goals, ways = classes(robot, scene, np.stack([resampled(paths[row]) for row in shortest_first]))
+        for row, goal, way in zip(shortest_first, goals, ways, strict=True):
+            labels[row] = f"g{goal}.p{way}"
     return labels
 
 
-def known_way(robot: Robot, scene: Scene, ways: list[Way], points: FloatArray) -> Way | None:
-    """The class of a path by its `points` (POINTS, n), or None for one that is new."""
-    goal = goal_class(ways, points[-1])
-    same_goal = (way for way in ways if way.goal == goal)
-    return next((way for way in same_goal if deforms(robot, scene, way.points, points)), None)
+def classes(robot: Robot, scene: Scene, points: FloatArray) -> tuple[IntArray, IntArray]:
+    """Goal class (k,) of one target's paths `points` (k, POINTS, n), the shortest first, and path class (k,) in it."""
+    goals = grouped(np.arange(len(points)), partial(near_ends, points[:, -1]))
+    ways = np.empty_like(goals)
+    for goal in range(goals.max() + 1):
+        rows = np.flatnonzero(goals == goal)
+        ways[rows] = grouped(rows, partial(deform, robot, scene, points))
+    return goals, ways
 
 
-def new_way(ways: list[Way], points: FloatArray) -> Way:
-    """Add the class that `points` (POINTS, n) found and return it."""
-    goal = goal_class(ways, points[-1])
-    way = Way(goal, sum(way.goal == goal for way in ways), points)
-    ways.append(way)
-    return way
+def grouped(rows: IntArray, joins: Callable[[int, IntArray], BoolArray]) -> IntArray:
+    """Class of each of the rows (k,): the first without a class founds one, which those of the rest join that may.
+
+    `joins` says of the founder's row and the rest's (m,) which of the rest may join (m,).
+    """
+    label = np.full(len(rows), -1)
+    for number in range(len(rows)):
+        left = np.flatnonzero(label < 0)
+        if not len(left):
+            break
+        first, rest = left[0], left[1:]
+        label[first] = number
+        label[rest[joins(rows[first], rows[rest])]] = number
+    return label
 
 
-def goal_class(ways: list[Way], end: FloatArray) -> int:
-    """The first goal class whose representative is near the configuration `end` (n,), or the next number."""
-    firsts = [way for way in ways if way.path == 0]
-    near = (way.goal for way in firsts if np.abs(way.points[-1] - end).max() <= GOAL_RADIUS)
-    return next(near, len(firsts))
+def near_ends(ends: FloatArray, one: int, others: IntArray) -> BoolArray:
+    """Which of the other paths' `ends` (k, n) are in the goal class of the one's."""
+    return np.asarray(np.abs(ends[others] - ends[one]).max(axis=1) <= GOAL_RADIUS)
 
 
-def deforms(robot: Robot, scene: Scene, a: FloatArray, b: FloatArray) -> bool:
-    """Whether all straight lines between corresponding points of two paths (POINTS, n) are free."""
-    return bool(native.edge_is_free(robot.native, scene.native, a, b, RESOLUTION).all())
+def deform(robot: Robot, scene: Scene, points: FloatArray, one: int, others: IntArray) -> BoolArray:
+    """Which of the other paths (m,) of `points` (k, POINTS, n) straight lines between points turn the one into."""
+    to = points[others].reshape(-1, points.shape[2])
+    free = native.edge_is_free(
+        robot.native, scene.native, np.tile(points[one], (len(others), 1)), to, RESOLUTION
+    )
+    return np.asarray(free.reshape(-1, POINTS).all(axis=1))
 
 
 def resampled(path: FloatArray) -> FloatArray:
@@ -91,7 +95,7 @@ def length(path: FloatArray) -> float:
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
-def rows_by_target(targets: Sequence[int]) -> Iterable[npt.NDArray[np.intp]]:
+def rows_by_target(targets: Sequence[int]) -> Iterable[IntArray]:
     """Numbers of the rows of each target, in order."""
     numbers = np.asarray(targets)
     order = np.argsort(numbers, kind="stable")

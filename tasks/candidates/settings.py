@@ -10,6 +10,9 @@ from plancurate.bounds import Settings
 from plancurate.errors import UnknownNameError
 from plancurate.tasks.candidates.sources import find_source
 
+Orientation = Literal["exact", "yaw_free", "cone", "any"]
+Goals = Literal["all", "nearest", "pose", "consistent"]
+
 
 class TargetSettings(Settings):
     """Where targets lie and how the tool may be turned there.
@@ -29,7 +32,7 @@ class TargetSettings(Settings):
     min_distance_m: float | None = Field(
         default=None, ge=0, description="least distance to the start's tool position, m; null: 0.059 reach"
     )
-    orientation: Literal["exact", "yaw_free", "cone", "any"] = Field(
+    orientation: Orientation = Field(
         default="yaw_free",
         description="the tool at a target: as at the start or as the scene says; turned about its own axis; that "
         "and tilted by up to cone_deg; any way",
@@ -44,13 +47,15 @@ class PlanSettings(Settings):
 
     runs: int = Field(default=3, gt=0, description="runs of each planner for each target")
     seed: int = Field(default=0, ge=0, description="another seed gives other paths")
-    goals: Literal["all", "nearest", "pose"] = Field(
+    goals: Goals = Field(
         default="pose",
         description="a run's goal configurations: all of the target's; the one nearest to the start; its own draw "
-        "within the target's tolerance",
+        "within the target's tolerance; one of a few that continue a neighbouring target's",
     )
     goal_draws: int = Field(
-        default=4, gt=0, description="goal configurations that a run draws, for goals=pose"
+        default=4,
+        gt=0,
+        description="goal configurations that a run draws, for goals=pose; that a target has, for goals=consistent",
     )
     clearance_m: float = Field(
         default=0.0, ge=0, description="distance kept to obstacles beyond the scene's margin, m"

@@ -65,10 +65,12 @@ def load_pool(
     *,
     targets: Sequence[int] | None = None,
     planners: Sequence[str] | None = None,
+    labelling: str | None = None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> Pool:
     """Read a pool of the lake, for some targets and planners or (None) for all of them.
 
+    Column `way` is that of a labelling (`StudyContext.labelling`), null without one.
     PlancurateError when a target is unknown or no candidate is solved and verified.
     """
     start = clock()
@@ -77,7 +79,7 @@ def load_pool(
     if missing := set(wanted or ()) - set(known["target_id"].to_pylist()):
         raise PlancurateError(f"pool {partition['pool']}: target {min(missing)} was never generated")
     chosen = None if planners is None else sorted(set(planners))
-    rows = lake.query("pool/candidates", targets=wanted, planners=chosen, **partition)
+    rows = lake.query("pool/candidates", targets=wanted, planners=chosen, labelling=labelling, **partition)
     pool = make_pool(partition, rows, known)
     return Pool(pool.partition, pool.candidates, pool.targets, pool.hash, clock() - start)
 
@@ -122,5 +124,7 @@ def columns(rows: pa.Table, names: Sequence[str]) -> FloatArray:
 def _identity(candidates: pa.Table, targets: pa.Table) -> str:
     content = hashlib.sha256("\n".join(candidates["trajectory_id"].to_pylist()).encode())
     content.update(np.ascontiguousarray(columns(candidates, _CONTENT)).tobytes())
+    if "way" in candidates.column_names:
+        content.update("\n".join(way or "" for way in candidates["way"].to_pylist()).encode())
     content.update(np.ascontiguousarray(columns(targets, ("target_id", "x", "y", "z"))).tobytes())
     return content.hexdigest()[:12]

@@ -18,7 +18,7 @@ CATALOG_NAME = "catalog.duckdb"
 _STORAGE_VERSION = "v1.2.0"
 DERIVED_VIEWS = {
     "waypoints": {"trajectories"},
-    "study_candidates": {"trajectories", "studies"},
+    "study_candidates": {"trajectories", "studies", "ways"},
     "study_trials": {"evaluations", "studies"},
     "scene_trials": {"evaluations", "studies"},
 }

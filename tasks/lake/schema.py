@@ -78,6 +78,10 @@ _TARGETS = _schema(
     {"target_id": _INT, "x": _REAL, "y": _REAL, "z": _REAL, "goals": pa.list_(pa.list_(_REAL))}, {}
 )
 
+# One row a run, labelled beside all runs of the same sources to its target; `way` is null for one without a
+# verified trajectory.
+_WAYS = _schema({"trajectory_id": _TEXT, "target_id": _INT}, {"way": _TEXT})
+
 # One row a kept trajectory. `steps`, `weight` and `q` are null for one that is learnt from whole and as it is.
 _SELECTIONS = _schema(
     {
@@ -120,7 +124,7 @@ _REFERENCE_TRIALS = _schema(
 _STUDIES = _schema(
     {
         "name": _TEXT, "study_key": _TEXT, "config": _TEXT, "robot": _TEXT, "scene": _TEXT, "pool": _TEXT,
-        "pool_label": _TEXT, "planners": pa.list_(_TEXT), "n_targets": _INT,
+        "pool_label": _TEXT, "planners": pa.list_(_TEXT), "labelling": _TEXT, "n_targets": _INT,
         "run_at": pa.timestamp("us", tz="UTC"), "package_version": _TEXT, "ompl_version": _TEXT,
     },
     {},
@@ -133,6 +137,7 @@ TABLES = {
     for t in (
         Table("trajectories", (*POOL_LEVELS, "planner"), ("trajectory_id",), _TRAJECTORIES),
         Table("targets", POOL_LEVELS, ("target_id",), _TARGETS),
+        Table("ways", (*POOL_LEVELS, "labelling"), ("trajectory_id",), _WAYS),
         Table("selections", (*POOL_LEVELS, "study"), ("selection_id", "trajectory_id"), _SELECTIONS),
         Table("evaluations", (*POOL_LEVELS, "study"), ("evaluation_id", "kind", "test_id"), _EVALUATIONS),
         Table(

@@ -11,6 +11,7 @@ from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.goals import drawn_goals, target_goals
+from plancurate.tasks.candidates.scene_report import is_hard
 from plancurate.tasks.candidates.settings import GenerateSettings, TargetSettings
 
 PLANNER = "RRTConnect"
@@ -48,11 +49,7 @@ def reach(
         resolution=plan.resolution,
         simplification="off",
     )
-    nearest = goals[[np.linalg.norm(goals - robot.home, axis=1).argmin()]]
-    straight = native.edge_is_free(
-        robot.native, scene.native, robot.home[None], nearest, plan.resolution
-    ).item()
-    return Reach(planned=result.status == "exact", hard=not straight)
+    return Reach(planned=result.status == "exact", hard=is_hard(robot, scene, goals, settings))
 
 
 def goal_solutions(

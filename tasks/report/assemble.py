@@ -10,6 +10,7 @@ from plancurate.tasks.report.contents import Report, Section, Table
 from plancurate.tasks.report.development import development_section
 from plancurate.tasks.report.setup import setup
 from plancurate.tasks.report.source import Source
+from plancurate.tasks.study import text
 from plancurate.tasks.study.agreement import agreement_sentence
 from plancurate.tasks.study.results import StudyResults
 from plancurate.tasks.study.verdict import verdicts
@@ -46,6 +47,7 @@ def fresh_targets(source: Source) -> Section:
     """Success at targets that no policy was trained on."""
     words = (
         f"Targets that no policy was trained on; the publication has no such tests. {SELECTION} {HOW_SURE}"
+        f"{degenerate_pools(source.results)}"
     )
     drawn = [figures.fresh_bars(source), *filter(None, [figures.scene_map(source)])]
     shown = [tables.success_table(source), failure_table.failure_table(source)]
@@ -60,6 +62,7 @@ def displaced_targets(source: Source) -> list[Section]:
     )
     if source.results.headline.kind == "displaced":
         words = f"{words} {SELECTION} {HOW_SURE}"
+    words += degenerate_pools(source.results)
     drawn = [
         figures.success_bars(source),
         figures.success_forest(source),
@@ -104,9 +107,9 @@ def selections(source: Source) -> Section:
 def reasons(source: Source) -> Section:
     """Why selections do well or badly."""
     below = selection_tables.below_random_table(source)
-    text = "A policy that is shown two ways to one place learns neither."
+    words = "A policy that is shown two ways to one place learns neither."
     return Section(
-        "reasons", "Reasons", text, [measured_figures.ways_figure(source)], [below] if below.rows else []
+        "reasons", "Reasons", words, [measured_figures.ways_figure(source)], [below] if below.rows else []
     )
 
 
@@ -114,9 +117,14 @@ def agreement(source: Source) -> Iterator[Section]:
     """The publication's gains beside ours, where the study has General and a published selector."""
     rows = source.tests.agreement
     if rows:
-        text = agreement_sentence(source.figure_rows(rows))
+        words = agreement_sentence(source.figure_rows(rows))
         table = selection_tables.agreement_table(source)
-        yield Section("publication", "Agreement with the publication", text, tables=[table])
+        yield Section("publication", "Agreement with the publication", words, tables=[table])
+
+
+def degenerate_pools(results: StudyResults) -> str:
+    """What to know beside results from degenerate pools, to follow another sentence; empty where there are none."""
+    return "".join(f" {text.degenerate(pool)}" for pool in results.pools if pool.degenerate)
 
 
 def overview(results: StudyResults) -> str:

@@ -89,13 +89,16 @@ def pool_table(source: Source) -> Table[PoolRow]:
     return Table(
         key="pools",
         title="The candidates to select from",
-        note="Solved and verified candidates of the study's own planners and targets, and how many differ. A pool "
-        "in which fewer than a third differ is degenerate: selections from it can hardly differ.",
+        note="Solved and verified candidates of the study's own planners and targets, and how many differ. A way is a "
+        "class of goal configurations and a class of paths to it; goal configurations and ways are means over "
+        "targets. A pool in which fewer than a third differ is degenerate: selections from it can hardly differ.",
         rows=rows,
-        headers=("scene", "pool", "targets", "candidates", "distinct", "distinct %", ""),
+        headers=("scene", "pool", "targets", "candidates", "distinct", "distinct %", "distinct a target",
+                 "goal configurations", "ways", ""),
         cells=[
             [row.scene, row.pool_label or text.NOTHING, str(row.targets), str(row.candidates), str(row.distinct),
-             text.percent(row.distinct / row.candidates), "degenerate" if row.degenerate else ""]
+             text.percent(row.distinct_share), f"{row.distinct_a_target:.1f}",
+             text.decimals(row.goal_classes), text.decimals(row.ways), "degenerate" if row.degenerate else ""]
             for row in rows
         ],
         queries=[source.query("equal_candidates")],

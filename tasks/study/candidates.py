@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from plancurate.tasks.candidates.consistent_goals import draw_targets
 from plancurate.tasks.candidates.generate import generate_candidates
-from plancurate.tasks.candidates.goals import planning_scene
 from plancurate.tasks.candidates.postprocess_pool import Setting, shared_postprocess
 from plancurate.tasks.candidates.sources import find_source
 from plancurate.tasks.candidates.target_table import stored_targets, target_rows, targets_key
-from plancurate.tasks.candidates.targets import Target, sample_targets
+from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.study.context import PoolContext, StudyContext
 
 
@@ -32,9 +32,8 @@ class Part:
 def study_targets(study: StudyContext, pool: PoolContext) -> list[Target]:
     """Return a pool's targets from the lake, drawing and storing those that are not there yet."""
     known = {target.target_id: target for target in stored_targets(study.lake, pool.partition)}
-    scene = planning_scene(pool.scene, pool.settings.plan)
     for first, count in gaps(sorted(known), study.config.n_targets):
-        new = sample_targets(pool.robot, scene, pool.settings.targets, first, count)
+        new = draw_targets(pool.robot, pool.scene, pool.settings, first, count, list(known.values()))
         study.lake.write("targets", pool.partition, targets_key(new), target_rows(new), pool.metadata)
         known |= {target.target_id: target for target in new}
     return [known[number] for number in range(study.config.n_targets)]

@@ -10,6 +10,7 @@ from itertools import combinations
 from plancurate import __version__, native
 from plancurate.errors import PlancurateError
 from plancurate.robots import Robot, Scene, load_world
+from plancurate.tasks.candidates import path_classes
 from plancurate.tasks.candidates.generate import pool_id
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import find_source
@@ -93,7 +94,7 @@ class StudyContext:
             "selectors": [[c.selector.origin, c.selector.revision] for c in config.selectors],
             "policies": [kind_of(name).revision for name in config.policies],
             "observation": [find_term(name).revision for name in config.training.observation],
-            "stages": [train.REVISION, rollouts.REVISION],
+            "stages": [path_classes.REVISION, train.REVISION, rollouts.REVISION],
         }
         return digest(content, 8)
 
@@ -101,6 +102,11 @@ class StudyContext:
     def sources(self) -> tuple[str, ...]:
         """What the lake keeps the trajectories of each planner under."""
         return tuple(find_source(name).label for name in self.config.planners)
+
+    @property
+    def labelling(self) -> str:
+        """What the lake keeps the ways of the study's candidates under: they are labelled beside each other."""
+        return digest([path_classes.REVISION, sorted(self.sources)], 8)
 
     @property
     def study(self) -> str:

@@ -1,4 +1,4 @@
-"""What the candidates of a study are worth: how many of them differ."""
+"""What the candidates of a study are worth: how many of them differ, and in how many ways they lead to a target."""
 
 from __future__ import annotations
 
@@ -21,5 +21,17 @@ def study_pools(lake: Lake, study: str) -> list[PoolRow]:
 
 
 def _pool_row(scene: str, pool_label: str, rows: Sequence[Mapping[str, Any]]) -> PoolRow:
-    candidates, distinct = (sum(row[name] for row in rows) for name in ("candidates", "distinct_candidates"))
-    return PoolRow(scene, pool_label, len(rows), candidates, distinct, distinct < DEGENERATE * candidates)
+    candidates, distinct, goal_classes, ways = (
+        sum(row[name] for row in rows)
+        for name in ("candidates", "distinct_candidates", "goal_classes", "ways")
+    )
+    return PoolRow(
+        scene,
+        pool_label,
+        targets=len(rows),
+        candidates=candidates,
+        distinct=distinct,
+        degenerate=distinct < DEGENERATE * candidates,
+        goal_classes=goal_classes / len(rows) or None,
+        ways=ways / len(rows) or None,
+    )

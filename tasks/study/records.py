@@ -28,6 +28,7 @@ def record_study(study: StudyContext) -> None:
             "pool": pool.pool,
             "pool_label": pool.label,
             "planners": list(study.sources),
+            "labelling": study.labelling,
             "n_targets": config.n_targets,
             "run_at": now,
             "package_version": __version__,

@@ -60,10 +60,25 @@ class PoolRow:
     scene: str
     pool_label: str
     targets: int
+    """That have a candidate."""
     candidates: int
     distinct: int
     degenerate: bool
     """Whether fewer than a third of the candidates differ."""
+    goal_classes: float | None
+    """Mean number of classes of goal configurations a target; None while nothing is labelled."""
+    ways: float | None
+    """Mean number of ways a target: goal class and path class."""
+
+    @property
+    def distinct_share(self) -> float:
+        """Share of the candidates that differ."""
+        return self.distinct / self.candidates
+
+    @property
+    def distinct_a_target(self) -> float:
+        """Mean number of distinct candidates a target."""
+        return self.distinct / self.targets
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,8 @@ class WantedSelection:
 def study_pool(study: StudyContext, pool: PoolContext) -> Pool:
     """Load a study's candidates of one pool; raises PlancurateError when there are none."""
     targets = range(study.config.n_targets)
-    return load_pool(study.lake, pool.partition, targets=targets, planners=study.sources)
+    planners, labelling = study.sources, study.labelling
+    return load_pool(study.lake, pool.partition, targets=targets, planners=planners, labelling=labelling)
 
 
 def wanted_selections(study: StudyContext, pool: PoolContext, loaded: Pool) -> list[WantedSelection]:

@@ -90,6 +90,25 @@ def with_published(ours: str, published: float | None) -> str:
     return ours if published is None else f"{ours} ({percent(published)})"
 
 
+def pool(row: PoolRow) -> str:
+    """What the candidates of a pool are worth."""
+    counts = (
+        f"{row.candidates} candidates to {row.targets} targets, {row.distinct} distinct "
+        f"({percent(row.distinct_share)} %, {row.distinct_a_target:.1f} a target)"
+    )
+    if row.goal_classes and row.ways:
+        counts += f", {row.goal_classes:.1f} goal configurations and {row.ways:.1f} ways a target"
+    return counts + ("; degenerate: selections from it can hardly differ" if row.degenerate else "")
+
+
+def degenerate(row: PoolRow) -> str:
+    """What to know of a degenerate pool beside results from it."""
+    return (
+        f"The pool of {group(row)} is degenerate: only {row.distinct} of its {row.candidates} candidates differ, "
+        "so that selections can hardly differ."
+    )
+
+
 def group(row: Row | PoolRow) -> str:
     """A scene, with the variant of its candidates where there are several."""
     scene = row.scene if row.scene == ALL_SCENES else f"scene {row.scene}"

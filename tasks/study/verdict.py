@@ -117,10 +117,7 @@ def pool_steps(pools: Sequence[PoolRow]) -> Iterator[str]:
     """What to do about pools that hold copies."""
     for pool in pools:
         if pool.degenerate:
-            yield (
-                f"The pool of {text.group(pool)} is degenerate: only {pool.distinct} of its {pool.candidates} "
-                "candidates differ, so that selections can hardly differ. Plan with less simplification or other goals."
-            )
+            yield f"{text.degenerate(pool)} Plan with less simplification or other goals."
 
 
 def seed_steps(rows: Sequence[SummaryRow]) -> Iterator[str]:

@@ -33,7 +33,7 @@ def test_scenes_are_hard_for_a_straight_line_only(robot, scene, hard, robot_fold
 def test_a_target_is_hard_when_a_state_on_the_straight_line_collides():
     robot, scene = load_world("h2017", "table")
     targets = sample_targets(robot, scene, SETTINGS.targets, 0, 12)
-    hard = [is_hard(robot, scene, target, SETTINGS) for target in targets]
+    hard = [is_hard(robot, scene, target.goals, SETTINGS) for target in targets]
     for target, expected in zip(targets, hard, strict=True):
         goal = min(target.goals, key=lambda goal: np.linalg.norm(goal - robot.home))
         states = np.linspace(robot.home, goal, 2000)

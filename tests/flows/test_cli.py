@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from plancurate.flows.cli.app import COMMANDS, functions, main
+from plancurate.flows.cli.app import COMMANDS, FAMILIES, functions, main
 from plancurate.tasks.lake.store import Lake
 
-NAMES = [command for commands in COMMANDS.values() for command in commands]
+NAMES = [command for commands in COMMANDS.values() for command in commands if command not in FAMILIES]
+IN_FAMILIES = [(family, command) for family, (_, commands) in FAMILIES.items() for command in commands]
 # Each takes from a third of a second to seconds to import.
 HEAVY = {
     "matplotlib", "mlflow", "pandas", "prefect", "pybullet", "scipy", "sklearn", "statsmodels", "toppra", "torch",
@@ -39,6 +40,8 @@ def run(*calls: list[str]) -> tuple[str, set[str]]:
 
 def test_no_help_imports_what_is_heavy() -> None:
     calls = [["--help"], *([command.partition(":")[2], "--help"] for command in NAMES)]
+    calls += [[family, "--help"] for family in FAMILIES]
+    calls += [[family, command.partition(":")[2], "--help"] for family, command in IN_FAMILIES]
     said, modules = run(*calls)
     assert said.count("Usage: plancurate") == len(calls)
     assert HEAVY & modules == set()
@@ -56,7 +59,7 @@ def test_sql_needs_duckdb_and_arrow_alone(tmp_path: Path) -> None:
 
 
 def test_every_command_is_described_by_its_docstring(capsys: pytest.CaptureFixture[str]) -> None:
-    for command in NAMES:
+    for command in [*NAMES, *(command for _, command in IN_FAMILIES)]:
         module, _, name = command.partition(":")
         function = getattr(importlib.import_module(f"plancurate.flows.cli.{module}"), name)
         assert functions(module)[name] == inspect.getdoc(function)
@@ -66,6 +69,13 @@ def test_every_command_is_described_by_its_docstring(capsys: pytest.CaptureFixtu
     for command in NAMES:
         module, _, name = command.partition(":")
         assert f"{name} {functions(module)[name].partition(chr(10))[0]}" in said
+    for family, (help, commands) in FAMILIES.items():
+        assert f"{family} {help}" in said
+        with pytest.raises(SystemExit):
+            main([family, "--help"])
+        shown = " ".join(capsys.readouterr().out.replace("│", " ").split())
+        for module, name in (command.split(":") for command in commands):
+            assert f"{name} {functions(module)[name].partition(chr(10))[0]}" in shown
 
 
 def test_what_a_query_returns_is_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -134,7 +134,7 @@ def test_prefect_recorded_every_task_run_that_was_executed(
             runs = client.read_task_runs()
     names = sorted(run.name for run in runs if run.state is not None and run.state.is_completed())
     planned = [f"plan {planner} target {target:04d}" for planner in SMOKE.planners for target in range(2)]
-    assert names == sorted([*planned, "sample targets"])
+    assert names == sorted([*planned, "label targets 000000-000001", "sample targets"])
 
 
 def test_no_process_outlives_a_command(smoke: Studied) -> None:
@@ -213,3 +213,10 @@ def test_a_report_is_written_again_on_demand(smoke: Studied, plancurate: Command
     done = plancurate("report", "--study", "smoke", "--format", "json", "--home", str(smoke.home))
     assert done.stderr.strip() == f"report {page}"
     assert page.read_text() == before
+
+
+def test_every_candidate_of_a_study_has_its_way(smoke: Studied) -> None:
+    ways = Lake(smoke.home / "lake").sql(f"SELECT way FROM study_candidates('{STUDY}') WHERE verified")
+    assert ways.num_rows == 24
+    assert None not in ways["way"].to_pylist()
+    assert "goal configurations and" in smoke.stderr

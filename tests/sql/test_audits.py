@@ -43,7 +43,9 @@ def curated(curated_once: Lake, tmp_path: Path) -> Lake:
 
 def record_selections(lake: Lake, study: str) -> None:
     """Two selections of a study."""
-    StudyMaker(lake).record(*study.split("-"))
+    maker = StudyMaker(lake)
+    maker.record(*study.split("-"))
+    maker.label({f"t0000-{planner}-r0-{POOL['pool']}": "g0.p0" for planner in ("RRT", "PRM")})
     pool, robot, scene = load_pool(lake, POOL), load_robot("h2017"), load_scene("free")
     for name in ("General", "KMeans_Hybrid"):
         choice = SelectorChoice(name=name)
@@ -78,6 +80,10 @@ def test_a_sound_lake_passes_every_check(curated: Lake) -> None:
         ("trajectories", "verified", False, "assert_selected_trajectories_are_solved_and_verified"),
         ("trajectories", "trajectory_id", "same", "assert_trajectory_ids_are_unique"),
         ("trajectories", "target_x", 0.0, "assert_trajectories_lead_to_a_target"),
+        ("trajectories", "verified", False, "assert_candidates_have_ways"),
+        ("ways", "way", None, "assert_candidates_have_ways"),
+        ("ways", "target_id", 1, "assert_candidates_have_ways"),
+        ("ways", "trajectory_id", "unknown", "assert_candidates_have_ways"),
         ("targets", "target_id", 9, "assert_trajectories_lead_to_a_target"),
         ("selections", "budget", 1, "assert_selections_keep_to_their_budget"),
     ],
@@ -92,7 +98,10 @@ def test_each_check_finds_its_fault(
 def test_selections_without_their_trajectories_are_found(curated: Lake) -> None:
     shutil.rmtree(curated.root / "trajectories" / "robot=h2017")
     kept = curated.sql("SELECT selection_id FROM selections").num_rows
-    assert failed_audits(curated) == {"assert_selected_trajectories_are_solved_and_verified": kept}
+    assert failed_audits(curated) == {
+        "assert_candidates_have_ways": 2,
+        "assert_selected_trajectories_are_solved_and_verified": kept,
+    }
 
 
 def test_the_audits_of_a_study_look_at_nothing_of_its_neighbours(curated: Lake) -> None:

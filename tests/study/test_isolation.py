@@ -26,6 +26,8 @@ def study(maker: Any) -> str:
         for kind in ("displaced", "unseen"):
             for seed in (0, 1):
                 maker.test(study, selector, budget, "BC_MLP", outcomes[seed:], seed=seed, kind=kind)
+    for kind in ("displaced", "unseen"):
+        maker.refer(study, kind=kind, Planner="SS", Replay=".s", StraightLine="Sh")
     return str(study)
 
 
@@ -40,6 +42,8 @@ def add_neighbours(maker: Any) -> None:
             for kind in ("displaced", "unseen"):
                 maker.test(study, selector, budget, "BC_MLP", "RRRRRR", kind=kind)
                 maker.test(study, selector, budget, "BC_RNN", "......", kind=kind)
+        for kind in ("displaced", "unseen"):
+            maker.refer(study, kind=kind, Planner="....", Replay="SSSS", StraightLine="hhhh")
 
 
 def answers(lake: Lake, study: str) -> dict[str, list[Any]]:

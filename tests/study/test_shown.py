@@ -11,10 +11,12 @@ import pytest
 from rich.console import Console
 
 from plancurate.errors import PlancurateError
+from plancurate.flows.cli.compare import compare
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.cli.report import report
 from plancurate.flows.cli.tables import matrix, matrix_markdown, report_markdown
 from plancurate.tasks.lake.store import Lake
+from plancurate.tasks.report import build_report
 from plancurate.tasks.study.results import KindResults, study_results
 from plancurate.tasks.study.rows import REPORT_FIELDS
 from plancurate.tasks.study.text import whole_percents
@@ -112,3 +114,28 @@ def test_the_report_command_shows_the_study_that_was_asked_for(
         assert str(page) in said.err
     with pytest.raises(PlancurateError, match="no unseen tests; it has displaced"):
         report(study="tiny", kind="unseen", options=HomeOptions(home=home))
+
+
+def test_a_degenerate_pool_is_called_so_wherever_its_results_are_shown(
+    small_lake: Lake, maker: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    same = {"joint_movement": 1.0, "path_length": 1.0, "smoothness": 1.0}
+    for run in range(4):
+        maker.plan("EST", 0, key=str(run), run=run, trajectory_id=f"copy{run}", **same)
+    for name, planner in (("copies", "EST"), ("sound", "PRM")):
+        study = maker.record(name, "aaaaaaaa", planners=[planner], n_targets=1)
+        for kind in ("displaced", "unseen"):
+            maker.test(study, "General", None, "BC_MLP", "SS", kind=kind)
+        maker.select(study, "General", None, [(0, planner, 0)])
+    words, home = "only 1 of its 4 candidates differ", HomeOptions(home=small_lake.root.parent)
+
+    for name, times in (("copies", 1), ("sound", 0)):
+        report(study=name, options=home)
+        said = capsys.readouterr()
+        assert (said.err.count(words), said.out.count(words)) == (times, 0)
+        page = build_report(study_results(small_lake, f"{name}-aaaaaaaa"))
+        assert sum(words in sentence for sentence in page.verdict) == times
+        told = {section.key for section in page.sections if words in section.text}
+        assert told == ({"fresh", "success"} if times else set())
+    compare("copies", "sound", options=home)
+    assert capsys.readouterr().err.count(words) == 1

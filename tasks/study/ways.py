@@ -1,0 +1,60 @@
+"""In which way each of a study's candidates leads to its target: labelled once all of a target are planned."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import pyarrow as pa
+
+from plancurate.tasks.candidates.path_classes import label_paths
+from plancurate.tasks.curation.pool import waypoint_arrays
+from plancurate.tasks.lake.schema import table
+from plancurate.tasks.study.context import PoolContext, StudyContext
+
+BLOCK = 16  # targets that one task run labels and one file of the lake holds
+
+
+@dataclass(frozen=True)
+class Block:
+    """Targets of a pool whose candidates are all planned and have no labels yet."""
+
+    pool: str
+    targets: tuple[int, ...]
+
+    @property
+    def label(self) -> str:
+        """Name of the part that holds the labels."""
+        return f"{self.targets[0]:06d}-{self.targets[-1]:06d}"
+
+
+def unlabelled(study: StudyContext) -> list[Block]:
+    """Return what can be labelled and is not, pool by pool."""
+    return [block for pool in study.pools for block in _unlabelled(study, pool)]
+
+
+def _unlabelled(study: StudyContext, pool: PoolContext) -> list[Block]:
+    planned = study.lake.query("pool/planned", **pool.partition).to_pylist()
+    sources = Counter(row["target_id"] for row in planned if row["planner"] in study.sources)
+    planned_by_all = {target for target, count in sources.items() if count == len(study.sources)}
+    labelled = study.lake.query("study/labelled", **pool.partition, labelling=study.labelling)
+    wanted = planned_by_all.intersection(range(study.config.n_targets))
+    targets = sorted(wanted.difference(labelled["target_id"].to_pylist()))
+    return [Block(pool.pool, tuple(targets[i : i + BLOCK])) for i in range(0, len(targets), BLOCK)]
+
+
+def label_ways(study: StudyContext, block: Block) -> int:
+    """Label the candidates of a block and write their ways to the lake; returns how many candidates there are."""
+    pool = study.pool(block.pool)
+    runs = study.lake.query(
+        "study/runs", **pool.partition, planners=list(study.sources), targets=list(block.targets)
+    )
+    found = runs.filter(runs["q"].is_valid())
+    targets = found["target_id"].to_pylist()
+    labels = label_paths(pool.robot, pool.scene, waypoint_arrays(found["q"]), targets)
+    way = dict(zip(found["trajectory_id"].to_pylist(), labels, strict=True))
+    ways = pa.array([way.get(name) for name in runs["trajectory_id"].to_pylist()], pa.string())
+    rows = runs.select(["trajectory_id", "target_id"]).append_column("way", ways).cast(table("ways").schema)
+    partition = {**pool.partition, "labelling": study.labelling}
+    study.lake.write("ways", partition, block.label, rows, pool.metadata)
+    return len(labels)
