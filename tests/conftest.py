@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -32,6 +33,14 @@ def pytest_itemcollected(item: pytest.Function) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
     """Begin with what takes longest."""
     items.sort(key=lambda item: ("smoke" not in item.fixturenames, item.get_closest_marker("server") is None))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_wait_for_the_disk() -> Iterator[None]:
+    """No test cuts the power, so what this process writes need not be on the disk before it goes on."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "fsync", lambda _: None)
+        yield
 
 
 class Judge:

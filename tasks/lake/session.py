@@ -3,15 +3,39 @@
 from __future__ import annotations
 
 import glob
+import itertools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import duckdb
 
 from plancurate.errors import PlancurateError
+from plancurate.tasks.lake import engine
 from plancurate.tasks.lake.catalog import DERIVED_VIEWS, define_views
 from plancurate.tasks.lake.schema import TABLES
+
+_SPILL = ".spill"
+_numbers = itertools.count()
+
+
+@contextmanager
+def short_session(root: Path, parts: Mapping[str, Sequence[Path]]) -> Iterator[duckdb.DuckDBPyConnection]:
+    """A connection for one of our own queries with the views of these tables over these parts.
+
+    It works in a database of its own on an engine that others use too.
+    """
+    own = f"session_{next(_numbers)}"
+    with engine.connect(root / _SPILL) as connection:
+        connection.execute(f"ATTACH ':memory:' AS {own}")
+        try:
+            connection.execute(f"USE {own}")
+            define_views(connection, parts)
+            yield connection
+        finally:
+            connection.execute("USE memory")
+            connection.execute(f"DETACH {own}")
 
 
 def open_session(
@@ -21,7 +45,7 @@ def open_session(
 
     `locked` shuts out every file outside the lake and freezes the settings.
     """
-    connection = duckdb.connect(config={"temp_directory": str(root / ".spill")})
+    connection = duckdb.connect(config={"temp_directory": str(root / _SPILL)})
     connection.execute("SET TimeZone = 'UTC'")
     define_views(connection, parts)
     if locked:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 
 import duckdb
@@ -14,7 +15,7 @@ from plancurate.sql import load
 from plancurate.tasks.lake.folder import LakeFolder
 from plancurate.tasks.lake.inspection import Damage, refuse
 from plancurate.tasks.lake.schema import TABLES, table
-from plancurate.tasks.lake.session import open_session, require_select, tables_named_in
+from plancurate.tasks.lake.session import open_session, require_select, short_session, tables_named_in
 
 _READ_ATTEMPTS = 5
 
@@ -37,12 +38,11 @@ class Lake(LakeFolder):
         A parameter that is called like a level ($pool, $study, ...) is that level's value.
         """
         levels = {level: value for level, value in parameters.items() if isinstance(value, str)}
-        # Several threads would add numbers in the order in which they end.
-        return self._run(load(name), levels, parameters, threads=1)
+        return self._run(load(name), levels, parameters)
 
     def query_sound(self, name: str) -> pa.Table:
         """Run sql/<name>.sql over all that is sound, whatever else there is: for lists of what there is."""
-        return self._run(load(name), {}, threads=1, judge=_accept)
+        return self._run(load(name), {}, judge=_accept)
 
     def sql(self, statement: str, say: Callable[[str], object] = warnings.warn) -> pa.Table:
         """Run one SELECT of the user's: nothing is written, no file outside the lake is opened.
@@ -83,16 +83,14 @@ class Lake(LakeFolder):
         parameters: Mapping[str, object] | None = None,
         *,
         locked: bool = False,
-        threads: int | None = None,
         judge: Callable[[Iterable[Damage]], None] = refuse,
     ) -> pa.Table:
+        session = partial(open_session, locked=True) if locked else short_session
         for attempts_left in reversed(range(_READ_ATTEMPTS)):
             try:
                 parts, damage = self.inventory(tables_named_in(statement), levels)
                 judge(damage)
-                with open_session(self.root, parts, locked=locked) as connection:
-                    if threads:
-                        connection.execute(f"SET threads = {threads:d}")
+                with session(self.root, parts) as connection:
                     if locked:
                         require_select(connection, statement)
                     return connection.sql(statement, params=dict(parameters or {}) or None).to_arrow_table()

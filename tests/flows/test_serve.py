@@ -15,8 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from prefect.client.orchestration import SyncPrefectClient
-from prefect.settings import temporary_settings
 
 from plancurate.flows.server.deployments import deploy
 from plancurate.flows.server.services import healthy
@@ -92,6 +90,8 @@ def restarted(home: Home) -> Iterator[Serving]:
 
 
 def request(serving: Serving, method: str, path: str, body: Any = None) -> Any:
+    from prefect.client.orchestration import SyncPrefectClient
+
     with SyncPrefectClient(f"{serving.prefect}/api") as client:
         answer = client._client.request(method, path, json=body)
         return answer.json() if answer.content else None
@@ -172,6 +172,9 @@ def test_a_schedule_of_a_minute_starts_a_run_that_completes(serving: Serving) ->
 
 
 def test_a_schedule_that_was_switched_on_stays_on(serving: Serving, monkeypatch: pytest.MonkeyPatch) -> None:
+    from prefect.client.orchestration import SyncPrefectClient
+    from prefect.settings import temporary_settings
+
     study = request(serving, "GET", "/deployments/name/study/study")
     (nightly,) = study["schedules"]
     with SyncPrefectClient(f"{serving.prefect}/api") as client:

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import duckdb
 import numpy as np
 import pyarrow as pa
 
@@ -20,6 +19,7 @@ from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.curation.names import STAGES, labelled
 from plancurate.tasks.curation.pool import FloatArray, Pool
 from plancurate.tasks.curation.selectors.base import Kept, Problem, Selector, Stopwatch, find_selector
+from plancurate.tasks.lake import engine
 from plancurate.tasks.lake.schema import table
 
 POOL_COLUMNS = ("trajectory_id", "target_id", "planner", "goal_index")
@@ -87,7 +87,7 @@ def select(
     budget = checked_budget(chosen, budget)
     if chosen.warm_up:
         chosen.warm_up()
-    with duckdb.connect(config={"threads": 1}) as connection:  # one thread adds floats in one order
+    with engine.connect() as connection:
         watch = Stopwatch(clock)
         start = clock()
         with watch("prepare"):

@@ -10,8 +10,7 @@ from plancurate.tasks.curation.selectors.base import find_selector, selector_nam
 
 from .defects import Bed, chosen, defective_pool
 
-# By selector and revision; selectors that train a network may keep others where another processor rounds otherwise,
-# so they are pinned by what they must keep of it: see LEARNED.
+# By selector and revision.
 FROZEN = {
     ("DBSCAN", 1): "1c89274e3355595e",
     ("DBSCAN_Hybrid", 2): "b45ae3b304d62a0f",
@@ -30,7 +29,23 @@ FROZEN = {
     ("Repair", 1): "8292a1921d242f49",
     ("RuleBased_General", 2): "5510f52555782107",
 }
-LEARNED = ("BehaviorRetrieval", "SCIZOR", "CUPID")
+# Selectors that train a network, with as little of it as decides: by the beginning of their names.
+LEARNED: dict[str, dict[str, object]] = {
+    "BehaviorRetrieval": {"vae_steps": 20},
+    "CUPID": {"steps": 20, "rollouts": 4, "projection": 4},
+    "SCIZOR": {"classifier_steps": 20},
+}
+FROZEN_LEARNED = {
+    ("BehaviorRetrieval", 2): "18a515c9fa6826c7",
+    ("BehaviorRetrieval_Global", 2): "18a515c9fa6826c7",
+    ("BehaviorRetrieval_Native", 2): "9b334a99b0ac9b97",
+    ("CUPID", 2): "c76cae21d8023e6f",
+    ("CUPID_Global", 2): "be38671e9d5f96d4",
+    ("CUPID_Native", 2): "6152227b9f4afde0",
+    ("SCIZOR", 2): "82e04d8884d2cb33",
+    ("SCIZOR_Global", 2): "2852eb77c6ca60a6",
+    ("SCIZOR_Native", 1): "6db4feb8c475f56d",
+}
 ADVICE = (
     "{name} keeps other trajectories of the same pool than before: raise its revision where it is registered, "
     "and pin the new hash here"
@@ -42,11 +57,25 @@ def bed() -> Bed:
     return defective_pool(seed=0)
 
 
-def fingerprint(bed: Bed, name: str) -> str:
+@pytest.fixture(scope="module")
+def small_bed() -> Bed:
+    return defective_pool(seed=0, targets=2, per_target=10)
+
+
+def fingerprint(bed: Bed, name: str, **params: object) -> str:
     """Hash of the kept ids for the least budget."""
-    return hashlib.sha256("\n".join(chosen(bed, name, budget=2).ids).encode()).hexdigest()[:16]
+    kept = chosen(bed, name, budget=2, **params)
+    return hashlib.sha256("\n".join(kept.ids).encode()).hexdigest()[:16]
 
 
-@pytest.mark.parametrize("name", [n for n in selector_names() if not n.startswith(LEARNED)])
+@pytest.mark.parametrize("name", [n for n in selector_names() if not n.startswith(tuple(LEARNED))])
 def test_selections_change_with_the_revision_alone(bed: Bed, name: str) -> None:
     assert fingerprint(bed, name) == FROZEN[name, find_selector(name).revision], ADVICE.format(name=name)
+
+
+@pytest.mark.training
+@pytest.mark.parametrize("name", [n for n in selector_names() if n.startswith(tuple(LEARNED))])
+def test_learned_selections_change_with_the_revision_alone(small_bed: Bed, name: str) -> None:
+    params = next(params for family, params in LEARNED.items() if name.startswith(family))
+    frozen = FROZEN_LEARNED[name, find_selector(name).revision]
+    assert fingerprint(small_bed, name, **params) == frozen, ADVICE.format(name=name)
