@@ -36,7 +36,7 @@ from plancurate.tasks.learning.train import train
 from plancurate.tasks.learning.training_goals import FloatArray, chosen_goals
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
-from plancurate.tasks.study.networks import selected_demonstrations
+from plancurate.tasks.study.demonstrations import selected_demonstrations
 from plancurate.tasks.study.selections import study_selections
 
 CONFIG = Path(__file__).with_name("hard_scenes.yaml")

@@ -24,10 +24,11 @@ from plancurate.tasks.study.tracking import StudyRun, finish_study, log_report
 
 @flow(name="publish", flow_run_name="publish {config.name}")
 def publish(config: StudyConfig, home: str | None = None) -> None:
-    """Log every network's results and model to MLflow and write the study's report."""
+    """Log results and model of every network, after its last round, to MLflow and write the study's report."""
     study = open_study(config, Home.resolve(home))
     run, ref = open_parent_run(study), reference(study)
-    networks = wanted_networks(study, study_selections(study))
+    rounds = config.corrections.rounds
+    networks = [n for n in wanted_networks(study, study_selections(study)) if n.round == rounds]
     with stage("track", len(networks), "runs") as bar:
         together = groups(networks)
         calls = ((ref, run, *call) for call in zip(together, titles(together), strict=True))

@@ -1,4 +1,4 @@
-"""The whole way: candidates, selections, policies, tests, results."""
+"""The whole way: candidates, selections, policies, corrections, tests, results."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from plancurate.flows.curate import curate
 from plancurate.flows.evaluate import evaluate
 from plancurate.flows.generate import generate
 from plancurate.flows.publish import publish
+from plancurate.flows.refine import refine
 from plancurate.flows.train import train
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.checks import audit_study
@@ -21,13 +22,14 @@ from plancurate.tasks.study.tracking import ensure_store
 
 @flow(name="study", flow_run_name="study {config.name}")
 def study(config: StudyConfig, home: str | None = None) -> None:
-    """Plan, curate, train, evaluate and publish; every stage does only what the home folder lacks."""
+    """Plan, curate, train, refine, evaluate and publish; every stage does only what the home folder lacks."""
     opened = open_study(config, Home.resolve(home))
     ensure_store(opened.home.mlflow_db)  # a tracking server that is away is said now, not after the work
     with exclusive(opened.home, opened.study):
         generate(config, home)
         curate(config, home)
         train(config, home)
+        refine(config, home)
         evaluate(config, home)
         publish(config, home)
         audit(config, home)

@@ -9,7 +9,7 @@ from plancurate.flows.begin import begin, say_made_again
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all, task_runner
 from plancurate.tasks.study.config import StudyConfig
-from plancurate.tasks.study.context import StudyRef, reference
+from plancurate.tasks.study.context import StudyContext, StudyRef, reference
 from plancurate.tasks.study.networks import (
     Network,
     groups,
@@ -26,13 +26,17 @@ from plancurate.tasks.study.selections import study_selections
 def train(config: StudyConfig, home: str | None = None) -> None:
     """Train what the home folder does not hold yet: one task run for some networks of a policy at once."""
     study = begin(config, home, "selections")
-    wanted = wanted_networks(study, study_selections(study))
-    say_made_again(set_damaged_aside(study, wanted))
-    missing = [network for network in wanted if not is_trained(study, network)]
+    train_missing(study, [n for n in wanted_networks(study, study_selections(study)) if n.round == 0])
+
+
+def train_missing(study: StudyContext, networks: list[Network]) -> None:
+    """Train those of these networks that the home folder does not hold whole."""
+    say_made_again(set_damaged_aside(study, networks))
+    missing = [network for network in networks if not is_trained(study, network)]
     with stage("train", len(missing), "networks") as bar:
         together = groups(missing)
         calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
-        run_all(train_group, calls, config.workers, bar.advance, runner=task_runner(config))
+        run_all(train_group, calls, study.config.workers, bar.advance, runner=task_runner(study.config))
 
 
 @task(

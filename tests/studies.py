@@ -79,6 +79,7 @@ class StudyMaker:
         *,
         seed: int = 0,
         selection_seed: int = 0,
+        round: int = 0,
         kind: str = "displaced",
         pool: Mapping[str, str] = POOL,
         **changes: object,
@@ -88,11 +89,11 @@ class StudyMaker:
         S settled, R reached, C collided with the table, L broke joint 2's velocity limit, . lost.
         """
         selection_id = f"{selector}-{budget}-{selection_seed}"
-        key = f"{selector}-{budget}-{policy}-{seed}-{selection_seed}-{kind}"
+        key = f"{selector}-{budget}-{policy}-{seed}-{selection_seed}-{round}-{kind}"
         rows = [
             {
                 "evaluation_id": key, "selection_id": selection_id, "selector": selector, "budget": budget,
-                "selection_seed": selection_seed, "policy": policy, "seed": seed, "n_kept": 4,
+                "selection_seed": selection_seed, "policy": policy, "seed": seed, "round": round, "n_kept": 4,
                 "selection_time_s": 0.5, "train_s": 1.5, "test_id": number, "kind": kind,
                 "target_id": 0 if kind == "displaced" else None,
                 "distance_cm": number if kind == "displaced" else None, "x": 0.0, "y": 0.0, "z": 0.0,

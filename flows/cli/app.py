@@ -27,7 +27,8 @@ REFUSALS = {
 # Panels of the help; each command's module and function, in the order in which a person meets them.
 COMMANDS = {
     "Run a study": [
-        "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:evaluate", "stages:compact",
+        "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:refine",
+        "stages:evaluate", "stages:compact",
     ],
     "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
     "See what there is": [

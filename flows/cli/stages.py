@@ -7,6 +7,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from plancurate.errors import PlancurateError
 from plancurate.flows.cli.console import console
 from plancurate.flows.cli.study_options import StudyOptions
 from plancurate.flows.server.prefect_server import prefect_server
@@ -36,6 +37,15 @@ def curate(options: StudyOptions = StudyOptions()) -> None:
 def train(options: StudyOptions = StudyOptions()) -> None:
     """Train every policy on every selection."""
     run("train", options)
+
+
+def refine(options: StudyOptions = StudyOptions()) -> None:
+    """Correct every policy on its training targets, from where it gets to, and train it again: --corrections.rounds."""
+    if not options.study().corrections.rounds:
+        raise PlancurateError(
+            "corrections.rounds = 0: nothing is corrected; --corrections.rounds 1 asks for a round"
+        )
+    run("refine", options)
 
 
 def evaluate(options: StudyOptions = StudyOptions()) -> None:

@@ -13,7 +13,7 @@ from plancurate.tasks.study.reference_results import ReferenceRow, of_group
 from plancurate.tasks.study.rows import ALL_SCENES, PolicyRow, ResultRow, SummaryRow
 from plancurate.tasks.study.trial_results import KindResults
 
-ONLY_IF_SEVERAL = ("scene", "pool_label", "selection_seed")
+ONLY_IF_SEVERAL = ("scene", "pool_label", "selection_seed", "round")
 """Columns of the printed rows that are left out where all rows have the same value."""
 
 

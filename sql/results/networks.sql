@@ -1,5 +1,5 @@
 -- Results of each network of a study. Grain: scene, pool label, selector, budget, policy, training seed,
--- selection seed.
+-- selection seed, round of corrections.
 -- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
 SELECT
     scene,
@@ -9,6 +9,7 @@ SELECT
     policy,
     seed,                                        -- of training
     selection_seed,
+    round,                                       -- of corrections; 0: none
     count(*)::INTEGER AS n,
     count_if(success)::INTEGER AS successes,
     count_if(settled)::INTEGER AS settled,
@@ -19,5 +20,5 @@ SELECT
     any_value(n_kept) AS n_kept
 FROM study_trials($study)
 WHERE kind = $kind
-GROUP BY scene, pool_label, selector, budget, policy, seed, selection_seed
-ORDER BY scene, pool_label, selector, budget NULLS FIRST, policy, seed, selection_seed;
+GROUP BY scene, pool_label, selector, budget, policy, seed, selection_seed, round
+ORDER BY scene, pool_label, selector, budget NULLS FIRST, policy, seed, selection_seed, round;

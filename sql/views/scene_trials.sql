@@ -1,8 +1,9 @@
--- Trials of a study on one kind of test, and once more under the scene 'all scenes' those of every selection
--- that was tested in each of several scenes. tests: 'displaced' or 'unseen'.
+-- Trials of a study on one kind of test after its last round of corrections, and once more under the scene
+-- 'all scenes' those of every selection that was tested in each of several scenes.
+-- tests: 'displaced' or 'unseen'.
 CREATE OR REPLACE MACRO scene_trials(study_id, tests) AS TABLE
 WITH trials AS (
-    SELECT * FROM study_trials(study_id) WHERE kind = tests
+    SELECT * FROM final_trials(study_id, tests)
 ),
 
 scenes AS (

@@ -20,6 +20,7 @@ DERIVED_VIEWS = {
     "waypoints": {"trajectories"},
     "study_candidates": {"trajectories", "studies", "ways"},
     "study_trials": {"evaluations", "studies"},
+    "final_trials": {"evaluations", "studies"},
     "scene_trials": {"evaluations", "studies"},
 }
 """Views and table macros over the tables' own views, with the tables that they read; later ones read earlier ones."""

@@ -10,7 +10,7 @@ import pyarrow as pa
 from plancurate.errors import UnknownNameError
 
 PART_PATTERN = "part-*.parquet"
-SCHEMA_VERSION = 5  # raise it with every change below: older parts are then refused, not misread
+SCHEMA_VERSION = 6  # raise it with every change below: older parts are then refused, not misread
 
 
 @dataclass(frozen=True)
@@ -97,11 +97,22 @@ _SELECTIONS = _schema(
     },
 )  # fmt: skip
 
-# One row a trial of a policy.
+# One row a path by which a network of this round is corrected; `parent` is the network of the round before, which was
+# in the path's first state after `step` moves toward a training target. `failure` is empty where that went well.
+_CORRECTIONS = _schema(
+    {
+        "correction_id": _TEXT, "network_id": _TEXT, "parent": _TEXT, "round": _INT, "selection_id": _TEXT,
+        "policy": _TEXT, "seed": _INT, "target_id": _INT, "step": _INT, "failure": _TEXT,
+        "q": pa.list_(pa.list_(pa.float32())),
+    },
+    {},
+)  # fmt: skip
+
+# One row a trial of a policy, after as many rounds of corrections.
 _EVALUATIONS = _schema(
     {
         "evaluation_id": _TEXT, "selection_id": _TEXT, "selector": _TEXT, "selection_seed": _INT,
-        "policy": _TEXT, "seed": _INT, "n_kept": _INT, "selection_time_s": _REAL, "train_s": _REAL,
+        "policy": _TEXT, "seed": _INT, "round": _INT, "n_kept": _INT, "selection_time_s": _REAL, "train_s": _REAL,
         "test_id": _INT, "kind": _TEXT, "x": _REAL, "y": _REAL, "z": _REAL, "hard": _BOOL,
         "success": _BOOL, "settled": _BOOL, "precise": _BOOL, "reached": _BOOL, "collided": _BOOL,
         "out_of_limits": _BOOL, "failure": _TEXT, "failure_detail": _TEXT,
@@ -139,6 +150,7 @@ TABLES = {
         Table("targets", POOL_LEVELS, ("target_id",), _TARGETS),
         Table("ways", (*POOL_LEVELS, "labelling"), ("trajectory_id",), _WAYS),
         Table("selections", (*POOL_LEVELS, "study"), ("selection_id", "trajectory_id"), _SELECTIONS),
+        Table("corrections", POOL_LEVELS, ("correction_id",), _CORRECTIONS),
         Table("evaluations", (*POOL_LEVELS, "study"), ("evaluation_id", "kind", "test_id"), _EVALUATIONS),
         Table(
             "reference_trials",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -115,6 +115,19 @@ def demonstrations(
         window_weights=None if weights is None else np.repeat(weights, counts),
         goals=goals,
     )
+
+
+def limited_share(data: Demonstrations, first: int, most: float) -> Demonstrations:
+    """The demonstrations with those from episode `first` on drawn less often where they were more than `most` of 1."""
+    late = data.window_starts >= data.starts[first] if first < len(data.starts) else None
+    if late is None:
+        return data
+    weights = np.ones(len(late)) if data.window_weights is None else data.window_weights
+    early, now = float(weights[~late].sum()), float(weights[late].sum())
+    allowed = early * most / (1 - most)
+    if now <= allowed:
+        return data
+    return replace(data, window_weights=np.where(late, weights * allowed / now, weights))
 
 
 def _by_arc(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -145,20 +146,39 @@ def roll_out(
     precise (within reach_m and precise_m at the step limit, with no rule broken on the way); steps,
     final_distance, path_length and joint_movement when the scored part ended; settled_distance at the step limit.
     """
+    (trials,) = deque(moves(policies, robot, scene, tests.position, settings, dt, goals), maxlen=1)
+    shape = (len(policies), len(tests))
+    columns = {name: value.reshape(shape) for name, value in trials.columns().items()}
+    return [
+        trial_table(tests, {name: value[s] for name, value in columns.items()}) for s in range(len(policies))
+    ]
+
+
+def moves(
+    policies: Sequence[TrainedPolicy],
+    robot: Robot,
+    scene: Scene,
+    positions: FloatArray,
+    settings: EvaluateSettings,
+    dt: float,
+    goals: FloatArray | None = None,
+) -> Iterator[Trials]:
+    """Roll every policy out to every position (t, 3), m, as `roll_out` does; gives the trials, first where they begin.
+
+    What is given is the same object each time, one move later: policies one after another, each at all positions.
+    """
     stack = ActingStack(policies, settings.device)
     terms = [name for name, _ in policies[0].layout]
     require_layout(policies[0], layout(terms, robot))
     goals = None if goals is None else goals.reshape(-1, robot.dof)
-    trials = Trials(robot, scene, np.tile(tests.position, (len(policies), 1)), settings, dt, goals)
-    shape = (len(policies), len(tests), -1)
+    trials = Trials(robot, scene, np.tile(positions, (len(policies), 1)), settings, dt, goals)
+    shape = (len(policies), len(positions), -1)
+    yield trials
     for _ in range(settings.max_steps):
         observations = torch.from_numpy(observe(terms, trials.state)).view(shape)
         q = torch.from_numpy(trials.state.q).view(shape)
         trials.move(stack.next_q(observations, q).flatten(0, 1).numpy())
-    columns = {name: value.reshape(shape[:2]) for name, value in trials.columns().items()}
-    return [
-        trial_table(tests, {name: value[s] for name, value in columns.items()}) for s in range(len(policies))
-    ]
+        yield trials
 
 
 def trial_table(tests: TargetsUnderTest, measured: dict[str, npt.NDArray[np.generic]]) -> pa.Table:

@@ -104,3 +104,27 @@ class EvaluateSettings(Settings):
     )
     seed: Seed = Field(1000, description="seed of the displaced test targets")
     device: str = Field("cpu", description="where the networks run: cpu or cuda")
+
+
+class CorrectionSettings(Settings):
+    """How often, and from where, policies are shown the way from states that they came to themselves."""
+
+    rounds: int = Field(
+        0,
+        ge=0,
+        le=20,
+        description="times that each network is rolled out on its training targets and corrected",
+    )
+    most_share: float = Field(
+        0.5,
+        gt=0,
+        lt=1,
+        description="greatest share of what a network learns from, in the mean over batches, that is corrections",
+    )
+    states_a_failure: int = Field(
+        4, ge=1, description="states on the way of a failed rollout to plan from, the last one among them"
+    )
+    states_a_success: int = Field(
+        1, ge=0, description="states on the way of a rollout that ends at its target, to plan from"
+    )
+    plans: int = Field(3, ge=1, description="plans from each state, the shortest of which is kept")

@@ -19,7 +19,7 @@ from plancurate.errors import PlancurateError, UnknownNameError, field_of, first
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import source_names
 from plancurate.tasks.curation.selector_choice import SelectorChoice
-from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
+from plancurate.tasks.learning.settings import CorrectionSettings, EvaluateSettings, TrainSettings
 from plancurate.yaml_files import merged, read_mapping
 
 PRESETS = Path(__file__).parent / "presets"
@@ -72,6 +72,9 @@ class StudyConfig(Settings):
     policies: tuple[str, ...] = Field(POLICIES, min_length=1, description="Policies to train.")
     seeds: tuple[Seed, ...] = Field((0,), min_length=1, description="Training seeds.")
     training: TrainSettings = Field(TrainSettings(), description="Networks and optimisation.")
+    corrections: CorrectionSettings = Field(
+        CorrectionSettings(), description="Rounds of corrections on training targets; needs arc steps."
+    )
     evaluation: EvaluateSettings = Field(EvaluateSettings(), description="Tests and rollouts.")
     unseen: int = Field(0, ge=0, le=1_000_000, description="Tests at fresh targets anywhere in the region.")
     workers: int = Field(2, ge=1, le=1024, description="Task runs in flight at once.")
@@ -104,6 +107,16 @@ class StudyConfig(Settings):
     def _variants_are_settings(self) -> StudyConfig:
         for label in self.pools:
             self.pool_settings(label)
+        return self
+
+    @model_validator(mode="after")
+    def _corrections_fit(self) -> StudyConfig:
+        steps = self.training.demonstration_steps
+        if self.corrections.rounds and steps != "arc":
+            raise PlancurateError(
+                f"corrections.rounds = {self.corrections.rounds}: corrections begin at rest on the way, which only arc "
+                f"steps allow; training.demonstration_steps is '{steps}', it must be 'arc'"
+            )
         return self
 
     @field_validator("budgets")

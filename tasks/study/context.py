@@ -18,7 +18,7 @@ from plancurate.tasks.candidates.targets import require_free_home
 from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
-from plancurate.tasks.learning import rollouts, train
+from plancurate.tasks.learning import corrections, rollouts, train
 from plancurate.tasks.learning.observations import find_term
 from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.study.config import StudyConfig
@@ -87,14 +87,18 @@ class StudyContext:
     def key(self) -> str:
         """Hash of everything that decides the results: two studies with the same key have the same numbers."""
         config = self.config
+        corrected = config.corrections.rounds > 0
         content = {
             "pools": [[pool.label, pool.pool] for pool in self.pools],
-            "config": config.model_dump(mode="json", exclude=_NOT_IN_KEY),
+            "config": config.model_dump(
+                mode="json", exclude=_NOT_IN_KEY if corrected else {*_NOT_IN_KEY, "corrections"}
+            ),
             "planners": sorted(self.sources),
             "selectors": [[c.selector.origin, c.selector.revision] for c in config.selectors],
             "policies": [kind_of(name).revision for name in config.policies],
             "observation": [find_term(name).revision for name in config.training.observation],
-            "stages": [path_classes.REVISION, train.REVISION, rollouts.REVISION],
+            "stages": [path_classes.REVISION, train.REVISION, rollouts.REVISION]
+            + [corrections.REVISION] * corrected,
         }
         return digest(content, 8)
 

@@ -142,6 +142,7 @@ def trial_rows(study: StudyContext, network: Network, trained: TrainedPolicy, tr
         "selection_seed": selection.seed,
         "policy": network.policy,
         "seed": network.seed,
+        "round": network.round,
         "n_kept": len(selection.kept),
         "selection_time_s": selection.selection_time_s,
         "train_s": trained.train_s,

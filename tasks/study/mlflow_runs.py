@@ -15,8 +15,8 @@ from plancurate.tasks.study.rows import ResultRow
 from plancurate.tasks.study.selections import make_selection
 from plancurate.tasks.study.tracking import ChildRun, StudyRun, ensure_store, log_child, start_study
 
-Cell = tuple[str, str, str, int | None, int, str, int]
-"""Scene, pool's label, selector, budget, selection seed, policy and training seed: what one network is."""
+Cell = tuple[str, str, str, int | None, int, str, int, int]
+"""Scene, pool's label, selector, budget, selection seed, policy, training seed and round: what one network is."""
 
 
 def open_parent_run(study: StudyContext) -> StudyRun:
@@ -38,7 +38,16 @@ def log_networks(study: StudyContext, run: StudyRun, networks: Sequence[Network]
 
 def cell_of_row(row: ResultRow) -> Cell:
     """Say which network a result row is about."""
-    return row.scene, row.pool_label, row.selector, row.budget, row.selection_seed, row.policy, row.seed
+    return (
+        row.scene,
+        row.pool_label,
+        row.selector,
+        row.budget,
+        row.selection_seed,
+        row.policy,
+        row.seed,
+        row.round,
+    )
 
 
 def cell_of_network(study: StudyContext, network: Network) -> Cell:
@@ -52,6 +61,7 @@ def cell_of_network(study: StudyContext, network: Network) -> Cell:
         wanted.seed,
         network.policy,
         network.seed,
+        network.round,
     )
 
 

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from uuid import uuid4
 
-import numpy as np
 import torch
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.curation.pool import FloatArray, load_waypoints, waypoint_arrays
-from plancurate.tasks.curation.selectors.selection import Selection
 from plancurate.tasks.lake.manifest import folder_damage
-from plancurate.tasks.learning import train
-from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
+from plancurate.tasks.learning import corrections, train
+from plancurate.tasks.learning.demonstrations import Demonstrations
 from plancurate.tasks.learning.observations import find_term
 from plancurate.tasks.learning.policies import TrainedPolicy, load_policy
 from plancurate.tasks.study.context import StudyContext
+from plancurate.tasks.study.demonstrations import selected_demonstrations
 from plancurate.tasks.study.identity import digest
-from plancurate.tasks.study.selections import WantedSelection, make_selection
+from plancurate.tasks.study.selections import WantedSelection
 
 GROUP = 24
 """Networks trained in one task run at most: enough to share each operation, few enough to see them come."""
@@ -35,27 +33,50 @@ class Network:
     selection: WantedSelection
     seed: int
     network_id: str
+    round: int = 0
+    """Rounds of corrections that it learns from, beside its selection."""
 
 
 def wanted_networks(study: StudyContext, selections: Sequence[WantedSelection]) -> list[Network]:
-    """Return the networks that learn from these selections, policy by policy."""
+    """Return the networks that learn from these selections, policy by policy, each after every round of corrections."""
     return [
-        Network(policy, selection, seed, network_id(study, selection.selection_id, policy, seed))
+        Network(
+            policy, selection, seed, network_id(study, selection.selection_id, policy, seed, round), round
+        )
         for policy in study.config.policies
         for selection in selections
         for seed in study.config.seeds
+        for round in range(study.config.corrections.rounds + 1)
     ]
 
 
-def network_id(study: StudyContext, selection_id: str, policy: str, seed: int) -> str:
-    """Name a network by everything that it is trained from."""
+def after_round(study: StudyContext, network: Network, round: int) -> Network:
+    """Return what a network is after as many rounds of corrections."""
+    name = network_id(study, network.selection.selection_id, network.policy, network.seed, round)
+    return replace(network, network_id=name, round=round)
+
+
+def network_id(study: StudyContext, selection_id: str, policy: str, seed: int, round: int = 0) -> str:
+    """Name a network by everything that it is trained from, in no, one or more rounds of corrections."""
     training = study.config.training
     kind = training.policy(policy)
     settings = training.model_dump(mode="json", exclude={"device", "size", "policies"})
     terms = [find_term(name).revision for name in training.observation]
     revisions = [kind.revision, train.REVISION, terms]
     content = [selection_id, seed, kind.model_dump(mode="json"), settings, revisions]
+    if round:
+        content += [round, corrections_identity(study)]
     return f"{policy}-s{seed}-{digest(content)}"
+
+
+def corrections_identity(study: StudyContext) -> list[object]:
+    """Return what corrections depend on, beside the network that is corrected and its pool."""
+    evaluation = study.config.evaluation.model_dump(mode="json", exclude={"seed", "device"})
+    return [
+        corrections.REVISION,
+        study.config.corrections.model_dump(mode="json", exclude={"rounds"}),
+        evaluation,
+    ]
 
 
 def network_folder(study: StudyContext, network: Network) -> Path:
@@ -84,7 +105,8 @@ def load_network(study: StudyContext, network: Network) -> TrainedPolicy:
     folder = network_folder(study, network)
     if not folder.is_dir():
         raise PlancurateError(
-            f"{folder}: {network.policy} is not trained on {network.selection.selection_id}; train first"
+            f"{folder}: {network.policy} is not trained on {network.selection.selection_id}; "
+            f"{'refine' if network.round else 'train'} first"
         )
     return load_policy(folder)
 
@@ -113,11 +135,14 @@ def titles(together: Sequence[tuple[Network, ...]]) -> list[str]:
 def train_networks(study: StudyContext, networks: Sequence[Network]) -> None:
     """Train networks of one policy together and keep each in a folder of its own."""
     torch.set_num_threads(1)  # a group a core: threads inside one small network spin more than they compute
-    selections = {network.selection.selection_id: network.selection for network in networks}
-    data = {key: selected_demonstrations(study, wanted) for key, wanted in selections.items()}
+    data: dict[str, Demonstrations] = {}  # networks that learn from the same share it
+    for network in networks:
+        if (key := material(network)) not in data:
+            learnt = [after_round(study, network, r).network_id for r in range(1, network.round + 1)]
+            data[key] = selected_demonstrations(study, network.selection, learnt)
     trained = train.train(
         networks[0].policy,
-        [data[network.selection.selection_id] for network in networks],
+        [data[material(network)] for network in networks],
         [network.seed for network in networks],
         study.config.training,
     )
@@ -125,30 +150,9 @@ def train_networks(study: StudyContext, networks: Sequence[Network]) -> None:
         keep(result, network_folder(study, network))
 
 
-def selected_demonstrations(study: StudyContext, wanted: WantedSelection) -> Demonstrations:
-    """Read a selection's trajectories from the lake as demonstrations."""
-    pool, selection = study.pool(wanted.pool), make_selection(study, wanted)
-    targets = study.lake.query("pool/targets", targets=None, **pool.partition).to_pylist()
-    position = {row["target_id"]: [row["x"], row["y"], row["z"]] for row in targets}
-    steps, weight = selection.kept["steps"].to_pylist(), selection.kept["weight"]
-    return demonstrations(
-        pool.robot,
-        pool.scene,
-        selected_waypoints(study, selection, pool.partition),
-        np.array([position[target] for target in selection.kept["target_id"].to_pylist()]),
-        study.config.training,
-        steps=[kept if kept is None else np.array(kept, dtype=np.int64) for kept in steps],
-        weights=None if weight.null_count == len(weight) else weight.to_numpy(),
-    )
-
-
-def selected_waypoints(
-    study: StudyContext, selection: Selection, partition: dict[str, str]
-) -> list[FloatArray]:
-    """Waypoints of a selection's trajectories: the selection's own where it has some, else the lake's."""
-    if selection.kept["q"].null_count:
-        return load_waypoints(study.lake, partition, selection.ids)
-    return waypoint_arrays(selection.kept["q"])
+def material(network: Network) -> str:
+    """Name what a network learns from: its selection, and corrections of its own."""
+    return network.network_id if network.round else network.selection.selection_id
 
 
 def keep(policy: TrainedPolicy, folder: Path) -> None:

@@ -15,9 +15,9 @@ from plancurate.tasks.study.statistics import Interval
 ALL_SCENES = "all scenes"
 """Scene of the rows that go over all of several scenes; no scene can have this name."""
 REPORT_FIELDS = (
-    "scene", "pool_label", "selector", "budget", "policy", "seed", "selection_seed", "n", "successes", "success_rate",
-    "ci_low", "ci_high", "settled_rate", "final_distance", "path_length", "joint_movement", "selection_time_s",
-    "n_kept",
+    "scene", "pool_label", "selector", "budget", "policy", "seed", "selection_seed", "round", "n", "successes",
+    "success_rate", "ci_low", "ci_high", "settled_rate",
+    "final_distance", "path_length", "joint_movement", "selection_time_s", "n_kept",
 )  # fmt: skip
 
 
@@ -99,6 +99,8 @@ class ResultRow(Row):
     policy: str
     seed: int
     selection_seed: int
+    round: int
+    """Of corrections; 0 before any."""
     n: int
     successes: int
     success_rate: float

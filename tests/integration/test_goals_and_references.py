@@ -12,6 +12,7 @@ from plancurate import native
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
+from plancurate.tasks.study.demonstrations import selected_demonstrations
 from plancurate.tasks.study.evaluations import (
     evaluate_networks,
     evaluation_id,
@@ -21,7 +22,6 @@ from plancurate.tasks.study.evaluations import (
 )
 from plancurate.tasks.study.networks import (
     load_network,
-    selected_demonstrations,
     train_networks,
     wanted_networks,
 )

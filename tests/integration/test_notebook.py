@@ -17,7 +17,7 @@ from plancurate.tasks.learning.train import train
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import open_study
 from plancurate.tasks.study.evaluations import study_tests
-from plancurate.tasks.study.networks import selected_demonstrations
+from plancurate.tasks.study.demonstrations import selected_demonstrations
 from plancurate.tasks.study.results import study_results
 from plancurate.tasks.study.selections import study_selections
 

@@ -95,6 +95,20 @@ def test_each_check_finds_its_fault(
     assert check in failed_audits(curated)
 
 
+@pytest.mark.parametrize(
+    ("target_id", "broken"), [(0, {}), (9, {"assert_corrections_lead_to_training_targets": 1})]
+)
+def test_a_correction_on_the_way_to_anything_but_a_training_target_is_found(
+    curated: Lake, target_id: int, broken: dict[str, int]
+) -> None:
+    row = {
+        "correction_id": "one", "network_id": "after", "parent": "before", "round": 1, "selection_id": "General",
+        "policy": "BC_MLP", "seed": 0, "target_id": target_id, "step": 3, "failure": "lost", "q": [[0.0], [1.0]],
+    }  # fmt: skip
+    curated.write("corrections", POOL, "after", pa.Table.from_pylist([row]), {})
+    assert failed_audits(curated) == broken
+
+
 def test_selections_without_their_trajectories_are_found(curated: Lake) -> None:
     shutil.rmtree(curated.root / "trajectories" / "robot=h2017")
     kept = curated.sql("SELECT selection_id FROM selections").num_rows

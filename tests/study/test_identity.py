@@ -16,7 +16,7 @@ from plancurate.errors import PlancurateError
 from plancurate.tasks.candidates.sources import base as sources
 from plancurate.tasks.curation.selectors import base as selectors
 from plancurate.tasks.lake.home import Home
-from plancurate.tasks.learning import rollouts, train
+from plancurate.tasks.learning import corrections, rollouts, train
 from plancurate.tasks.learning.observations import term as terms
 from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.study.config import load_config
@@ -158,6 +158,43 @@ def test_a_network_is_named_by_what_it_is_trained_with(
     assert network_id(study, "other", "BC_MLP", 0) != before
     change(monkeypatch)
     assert network_id(study, "selection", "BC_MLP", 0) != before
+
+
+ROUNDS: dict[str, Any] = {"training": {"demonstration_steps": "arc"}, "corrections": {"rounds": 2}}
+
+
+def test_a_corrected_network_is_named_by_its_round_and_by_how_it_is_corrected(
+    scene: Path, robot: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def names(study: StudyContext) -> list[str]:
+        return [network_id(study, "selection", "BC_MLP", 0, round) for round in range(3)]
+
+    study = opened(scene, robot, **ROUNDS)
+    before = names(study)
+    assert len(set(before)) == 3
+    more = opened(scene, robot, **ROUNDS | {"corrections": {"rounds": 3}})
+    assert (names(more), more.key != study.key) == (before, True)
+    for other in ({"corrections": {"rounds": 2, "most_share": 0.3}}, {"evaluation": {"max_steps": 50}}):
+        changed = names(opened(scene, robot, **ROUNDS | other))
+        assert [one == old for one, old in zip(changed, before, strict=True)] == [True, False, False]
+    key = study.key
+    monkeypatch.setattr(corrections, "REVISION", corrections.REVISION + 1)
+    assert [one == old for one, old in zip(names(study), before, strict=True)] == [True, False, False]
+    assert opened(scene, robot, **ROUNDS).key != key
+
+
+def test_how_to_correct_is_nothing_to_a_study_without_rounds(
+    scene: Path, robot: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = opened(scene, robot).key
+    assert opened(scene, robot, corrections={"most_share": 0.3}).key == before
+    monkeypatch.setattr(corrections, "REVISION", corrections.REVISION + 1)
+    assert opened(scene, robot).key == before
+
+
+def test_corrections_need_arc_steps(scene: Path, robot: Path) -> None:
+    with pytest.raises(PlancurateError, match=r"corrections.rounds = 1: .*steps is 'time', it must be 'arc'"):
+        opened(scene, robot, corrections={"rounds": 1})
 
 
 def test_a_task_refuses_a_study_whose_scene_was_edited_under_way(scene: Path, robot: Path) -> None:

@@ -68,7 +68,7 @@ def test_networks_are_counted_one_by_one_with_wilsons_interval(results: StudyRes
 def test_printed_rows_have_exactly_the_promised_fields(results: StudyResults) -> None:
     assert tuple(results.on("displaced").networks[0].report()) == REPORT_FIELDS
     assert ",".join(REPORT_FIELDS) == (
-        "scene,pool_label,selector,budget,policy,seed,selection_seed,n,successes,success_rate,ci_low,ci_high,"
+        "scene,pool_label,selector,budget,policy,seed,selection_seed,round,n,successes,success_rate,ci_low,ci_high,"
         "settled_rate,final_distance,path_length,joint_movement,selection_time_s,n_kept"
     )
 
