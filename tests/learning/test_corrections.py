@@ -11,6 +11,7 @@ import torch
 from plancurate import native
 from plancurate.robots import Robot, Scene, load_robot, load_scene
 from plancurate.tasks.candidates.settings import PlanSettings
+from plancurate.tasks.learning import corrections as module
 from plancurate.tasks.learning.corrections import (
     UNSETTLED,
     Correction,
@@ -128,6 +129,22 @@ def test_of_several_plans_the_shortest_is_kept(robot: Robot) -> None:
     best = shortest(robot, (wall,), start, goal, PLANNING, (0, 1), 6)
     assert best is not None
     np.testing.assert_array_equal(best, paths[int(np.argmin(lengths))])
+
+
+def test_corrections_are_planned_with_the_clearance(
+    robot: Robot, table: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Scene] = []
+
+    def spy(robot: Robot, scene: Scene, *rest: Any) -> Any:
+        asked.append(scene)
+        return planned(robot, scene, *rest)
+
+    monkeypatch.setattr(module, "planned", spy)
+    found = corrected(robot, table, goals_at(robot, robot.home + 10 * TURN), np.array([0, 0, 0.04, 0, 0, 0]))
+    without = [scene is table for scene in asked]
+    assert len(found) == 4
+    assert without == [False] * 4 + [True]  # the last state alone is nearer to the table
 
 
 def test_the_same_arguments_give_the_same_corrections(robot: Robot, table: Scene) -> None:

@@ -258,3 +258,19 @@ def test_a_pool_of_copies_is_called_degenerate(small_lake: Lake, maker: Any) -> 
     maker.test(study, "General", None, "BC_MLP", "S")
     (pool,) = study_results(small_lake, study).pools
     assert (pool.candidates, pool.distinct, pool.degenerate) == (7, 1, True)
+
+
+def test_results_are_of_the_last_round_and_rows_of_every_one(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("rounds", "aaaaaaaa")
+    for round, outcomes in enumerate(("S...", "SS..", "SSS.")):
+        maker.test(study, "General", None, "BC_MLP", outcomes, round=round)
+    maker.select(study, "General", None, [(0, "RRT", 0)])
+    headline = study_results(small_lake, study).headline
+    assert [(row.round, row.successes, row.n) for row in headline.networks] == [
+        (0, 1, 4),
+        (1, 2, 4),
+        (2, 3, 4),
+    ]
+    (summary,) = headline.summaries
+    assert (summary.successes, summary.n, summary.success_rate) == (3, 4, 0.75)
+    assert [(row.successes, row.n) for row in headline.policies] == [(3, 4)]
