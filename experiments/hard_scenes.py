@@ -83,13 +83,13 @@ def main() -> None:
     )
     parser.add_argument("--home", type=Path, default=Path("data/hard_scenes"))
     parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--scenes", nargs="*", default=load_config("smoke", CONFIG, {}).scenes)
     parser.add_argument("--rows", nargs="*", default=list(ROWS), help="only these rows")
     parser.add_argument("--json", type=Path)
     asked = parser.parse_args()
     command = [sys.executable, "-m", "plancurate.flows.cli.app", "generate"]
     subprocess.run([*command, "--config", CONFIG, "--home", asked.home], check=True)
-    scenes = load_config("smoke", CONFIG, {}).scenes
-    wanted = [(scene, row, asked.seeds, asked.home) for scene in scenes for row in asked.rows]
+    wanted = [(scene, row, asked.seeds, asked.home) for scene in asked.scenes for row in asked.rows]
     rates = []
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
         for rate in processes.map(measure, wanted):
