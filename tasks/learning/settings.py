@@ -125,6 +125,6 @@ class CorrectionSettings(Settings):
         4, ge=1, description="states on the way of a failed rollout to plan from, the last one among them"
     )
     states_a_success: int = Field(
-        2, ge=0, description="states on the way of a rollout that ends at its target, to plan from"
+        1, ge=0, description="states on the way of a rollout that ends at its target, to plan from"
     )
     plans: int = Field(3, ge=1, description="plans from each state, the shortest of which is kept")
