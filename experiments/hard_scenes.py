@@ -41,7 +41,7 @@ from plancurate.tasks.study.selections import study_selections
 
 CONFIG = Path(__file__).with_name("hard_scenes.yaml")
 OURS, NO_GOAL = "ModeConsistent", ["target_offset", "joint_positions"]
-# Ingredients: pool, selector, settings of training. Each row but the first leaves one out.
+# Ingredients: pool, selector, settings of training. Each row but the first changes one or two of them.
 ROWS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "everything": ("all", OURS, {}),
     "no orientation tolerance": ("exact", OURS, {}),
@@ -49,10 +49,16 @@ ROWS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "global ranking instead of ways": ("all", "RuleBased_General", {}),
     "KMeans_Hybrid instead of ways": ("all", "KMeans_Hybrid", {}),
     "random instead of ways": ("all", "Random", {}),
+    "ways, no target left out": ("all", f"{OURS}(leave_out=0.0)", {}),
+    "consistent goals": ("consistent", OURS, {}),
+    "consistent goals, no target left out": ("consistent", f"{OURS}(leave_out=0.0)", {}),
+    "consistent goals, global ranking": ("consistent", "RuleBased_General", {}),
+    "consistent goals, random": ("consistent", "Random", {}),
     "time steps": ("all", OURS, {"demonstration_steps": "time"}),
     "no goal term": ("all", OURS, {"observation": NO_GOAL}),
     "no goal term, global ranking": ("all", "RuleBased_General", {"observation": NO_GOAL}),
     "no goal term, KMeans_Hybrid": ("all", "KMeans_Hybrid", {"observation": NO_GOAL}),
+    "no goal term, random": ("all", "Random", {"observation": NO_GOAL}),
 }
 
 
@@ -77,12 +83,13 @@ def main() -> None:
     )
     parser.add_argument("--home", type=Path, default=Path("data/hard_scenes"))
     parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--scenes", nargs="*", default=load_config("smoke", CONFIG, {}).scenes)
+    parser.add_argument("--rows", nargs="*", default=list(ROWS), help="only these rows")
     parser.add_argument("--json", type=Path)
     asked = parser.parse_args()
     command = [sys.executable, "-m", "plancurate.flows.cli.app", "generate"]
     subprocess.run([*command, "--config", CONFIG, "--home", asked.home], check=True)
-    scenes = load_config("smoke", CONFIG, {}).scenes
-    wanted = [(scene, row, asked.seeds, asked.home) for scene in scenes for row in ROWS]
+    wanted = [(scene, row, asked.seeds, asked.home) for scene in asked.scenes for row in asked.rows]
     rates = []
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
         for rate in processes.map(measure, wanted):
@@ -121,7 +128,7 @@ def measure(wanted: tuple[str, str, int, Path]) -> Rate:
 
 def demonstrations_of(study: StudyContext, pool: PoolContext, selector: str) -> Any:
     """What a selector keeps of a pool."""
-    wanted = [s for s in study_selections(study) if (s.pool, s.choice.name) == (pool.pool, selector)]
+    wanted = [s for s in study_selections(study) if (s.pool, s.choice.label) == (pool.pool, selector)]
     return selected_demonstrations(study, wanted[0])
 
 

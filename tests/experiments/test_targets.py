@@ -11,6 +11,7 @@ from plancurate.tasks.study.evaluations import UNSEEN_SEED_OFFSET
 
 EXPERIMENTS = Path(__file__).parents[2] / "experiments"
 SCRIPTS = {
+    "clutter": "clutter",
     "defaults": "development",
     "hard_scenes": "hard_scenes",
 }  # each script with the configuration that it reads, and reads alone

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 from plancurate.flows.cli.app import app, as_json, gathered, main
 from plancurate.flows.cli.fields import leaves
-from plancurate.flows.cli.study_options import ALIASES, is_model
+from plancurate.flows.cli.study_options import ALIASES, StudyOptions, is_model
 from plancurate.tasks.learning.policies import policy_names
 from plancurate.tasks.study.config import StudyConfig
 
@@ -23,7 +23,7 @@ def configured(*words: str) -> StudyConfig:
     """Return the configuration that `plancurate generate` runs with these options."""
     tokens = gathered(["generate", *map(as_json, words)])
     _, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
-    return bound.arguments["options"].study() if bound.arguments else StudyConfig()
+    return bound.arguments.get("options", StudyOptions()).study()
 
 
 def value_of(config: BaseModel, name: str) -> Any:

@@ -14,7 +14,7 @@ from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.tasks.learning.test_targets import TargetsUnderTest
 
 ROBOT, SCENE = load_robot("h2017"), load_scene("table")
-SETTINGS = TrainSettings(steps=40)
+SETTINGS = TrainSettings(steps=40, weight_decay=1.0, policies={"BC_MLP": {"hidden": [128, 128]}})
 # By policy, its revision and that of training: loss at the end, and sum of all weights.
 TRAINED = {
     ("BC_MLP", 1, 1): (0.194805, 3.15276),
