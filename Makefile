@@ -11,7 +11,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
 # The order of the tests is tests/conftest.py's: what takes longest begins. Commands that tests start would compile
 # the package each time where the environment forbids to keep what is compiled.
-PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup --no-loadscope-reorder
+PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 NATIVE := $(wildcard native/*/*.cpp native/*/*.hpp native/*.cmake native/CMakeLists.txt)
 
 .PHONY: study test check lint bench serve setup setup-test clean

@@ -19,20 +19,24 @@ from .studies import maker
 
 __all__ = ["maker", "new_home", "robot_folders", "shared_server", "small_lake", "small_lake_once", "tables"]
 
-SERVER_FIXTURES = {"plancurate", "tables"}  # the command line, and homes for services
+LONGEST = (
+    "integration/test_study", "flows/test_serve", "integration/test_docs", "integration/test_resume",
+    "integration/test_runners", "flows/test_server", "integration/test_all_planners",
+    "integration/test_goals_and_references", "integration/test_bad_input", "integration/test_notebook",
+)  # fmt: skip
+SERVER_FIXTURES = {"plancurate", "smoke", "tables"}  # commands, a study that one ran, homes for services
 
 
 def pytest_itemcollected(item: pytest.Function) -> None:
-    """Mark what starts a server, and keep in one worker what shares fixtures."""
+    """Mark what starts a server."""
     if SERVER_FIXTURES & set(item.fixturenames):
         item.add_marker("server")
-    shared = "the smoke study" if "smoke" in item.fixturenames else item.location[0]
-    item.add_marker(pytest.mark.xdist_group(shared))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
-    """Begin with what takes longest."""
-    items.sort(key=lambda item: ("smoke" not in item.fixturenames, item.get_closest_marker("server") is None))
+    """Begin with the files that take longest, and let one worker make the smoke study while the other serves."""
+    first = {f"tests/{name}.py": place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: first.get(item.location[0], len(first)))
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -50,11 +50,16 @@ def environment(**variables: str) -> dict[str, str]:
     return kept | variables
 
 
+def folder_of_run(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
+    """Return the temporary folder that all workers of a run share."""
+    own = tmp_path_factory.getbasetemp()
+    return own if worker_id == "master" else own.parent
+
+
 @pytest.fixture(scope="session")
 def tables(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
     """A folder of DATABASES with tables and without content, which all workers of a run share."""
-    own = tmp_path_factory.getbasetemp()
-    folder = (own if worker_id == "master" else own.parent) / "tables"
+    folder = folder_of_run(tmp_path_factory, worker_id) / "tables"
     with FileLock(f"{folder}.lock"):
         if not folder.exists():
             home = tmp_path_factory.mktemp("used")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
@@ -236,22 +237,25 @@ def test_an_empty_pool_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "generate" in line
 
 
-def test_a_budget_larger_than_a_cluster_is_reported_and_nothing_else_is_said(
-    smoke: Studied, plancurate: Command
+def test_a_selector_that_finds_no_cluster_is_reported_and_nothing_else_is_said(
+    smoke: Studied, plancurate_on_shared_server: Command, tmp_path: Path
 ) -> None:
-    done = plancurate("curate", "--preset", "smoke", "--budgets", "500", "--home", str(smoke.home))
+    home = Home(shutil.copytree(smoke.untouched, tmp_path / "home"))
+    selector = {"name": "DBSCAN", "eps_m": 1e-9, "min_samples": 500}
+    words = ("curate", "--preset", "smoke", "--selectors", json.dumps(selector), "--home", str(home.root))
+    done = plancurate_on_shared_server(*words)
     # What a failed task holds must not be left when the process ends.
-    heading, line = done.stderr.splitlines()
-    study = open_study(load_config("smoke", None, {"budgets": [500]}), Home(smoke.home)).study
-    assert (done.returncode, heading) == (2, f"curate {study}  {smoke.home}")
+    *heading, line = done.stderr.splitlines()
+    study = open_study(load_config("smoke", None, {"selectors": [selector]}), home).study
+    assert (done.returncode, "".join(heading)) == (2, f"curate {study}  {home.root}")
     assert line.startswith("plancurate: ")
-    assert "500" in line
+    assert "every candidate is noise" in line
 
 
 @pytest.fixture
 def damaged(smoke: Studied, tmp_path: Path) -> Path:
     """A copy of the smoke study's lake to be damaged."""
-    shutil.copytree(smoke.home / "lake", tmp_path / "home" / "lake")
+    shutil.copytree(smoke.untouched / "lake", tmp_path / "home" / "lake")
     return tmp_path / "home"
 
 
@@ -309,9 +313,9 @@ def test_a_missing_lake_and_an_unknown_study_are_reported(
     smoke: Studied, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert str(tmp_path) in complaint(capsys, "report", "--study", "smoke", "--home", str(tmp_path))
-    assert "smoke" in complaint(capsys, "report", "--study", "smoker", "--home", str(smoke.home))
+    assert "smoke" in complaint(capsys, "report", "--study", "smoker", "--home", str(smoke.untouched))
 
 
 def test_sql_that_would_write_is_refused(smoke: Studied, capsys: pytest.CaptureFixture[str]) -> None:
-    line = complaint(capsys, "sql", "CREATE TABLE x AS SELECT 1", "--home", str(smoke.home))
+    line = complaint(capsys, "sql", "CREATE TABLE x AS SELECT 1", "--home", str(smoke.untouched))
     assert "SELECT" in line

@@ -46,7 +46,7 @@ MAKE = {
 def home(smoke: Studied, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the smoke study that the examples may add to."""
     copy = tmp_path_factory.mktemp("docs") / "home"
-    shutil.copytree(smoke.home, copy)
+    shutil.copytree(smoke.untouched, copy)
     return copy
 
 

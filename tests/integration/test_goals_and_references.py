@@ -41,7 +41,7 @@ COPIES = ["target_id", "goal_index", "joint_movement", "smoothness", "path_lengt
 def study(smoke: Studied, tmp_path_factory: pytest.TempPathFactory) -> StudyContext:
     """The smoke study's pool under a study whose networks observe goals."""
     home = tmp_path_factory.mktemp("goals")
-    shutil.copytree(smoke.home / "lake", home / "lake")
+    shutil.copytree(smoke.untouched / "lake", home / "lake")
     return open_study(load_config("smoke", None, FIELDS | GOAL), Home.resolve(home))
 
 

@@ -36,6 +36,6 @@ print("prefect" in sys.modules, "mlflow" in sys.modules)
 
 
 def test_demonstrations_training_rollouts_and_results_do_without_prefect(smoke: Studied) -> None:
-    command = [sys.executable, "-c", NOTEBOOK, str(smoke.home)]
+    command = [sys.executable, "-c", NOTEBOOK, str(smoke.untouched)]
     done = subprocess.run(command, capture_output=True, text=True, env=environment(), check=True)
     assert done.stdout.split("\n")[:2] == ["4 32 9", "False False"]

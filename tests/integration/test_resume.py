@@ -13,15 +13,19 @@ from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.config import load_config
 
 from ..homes import NewHome, environment
-from .conftest import Command, Studied, command_line
+from .commands import command_line
+from .conftest import Command, Studied
 
 TIMEOUT_S = 240
 
 
-def kill_after_parts(words: list[str], home: Path, table: str, count: int) -> None:
+def kill_after_parts(words: list[str], home: Path, table: str, count: int, **variables: str) -> None:
     """Start a command and kill -9 it as soon as the lake holds `count` parts of a table with rows."""
     process = subprocess.Popen(
-        command_line(*words), env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        command_line(*words),
+        env=environment(**variables),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
     deadline = time.monotonic() + TIMEOUT_S
     while sum("schema" not in path.name for path in (home / "lake" / table).rglob("part-*.parquet")) < count:
@@ -37,17 +41,16 @@ def content(home: Path, statement: str) -> list[dict[str, object]]:
 
 
 def test_a_killed_generate_goes_on_without_duplicates(
-    smoke: Studied, plancurate: Command, new_home: NewHome, tmp_path: Path
+    smoke: Studied, plancurate: Command, shared_server: str, tmp_path: Path
 ) -> None:
-    new_home(tmp_path)
     words = ["generate", "--preset", "smoke", "--home", str(tmp_path)]
-    kill_after_parts(words, tmp_path, "trajectories", 3)
-    assert plancurate(*words).returncode == 0
+    kill_after_parts(words, tmp_path, "trajectories", 3, PREFECT_API_URL=shared_server)
+    assert plancurate(*words, PREFECT_API_URL=shared_server).returncode == 0
     planners = load_config("smoke", None, {}).planners
     same = (
         f"SELECT trajectory_id, q FROM trajectories WHERE target_id < 2 AND planner IN {planners} ORDER BY 1"
     )
-    assert content(tmp_path, same) == content(smoke.home, same)
+    assert content(tmp_path, same) == content(smoke.untouched, same)
     assert_sound(tmp_path)
 
 
@@ -62,7 +65,7 @@ def test_a_killed_evaluate_goes_on_without_duplicates(
     same = (
         "SELECT * EXCLUDE (pool, selection_time_s, train_s) FROM evaluations ORDER BY evaluation_id, test_id"
     )
-    assert content(tmp_path, same) == content(smoke.home, same)
+    assert content(tmp_path, same) == content(smoke.untouched, same)
     assert_sound(tmp_path)
 
 
@@ -76,7 +79,7 @@ def assert_sound(home: Path) -> None:
 def test_damage_in_any_table_is_made_again_and_said(
     smoke: Studied, plancurate_on_shared_server: Command, tmp_path: Path
 ) -> None:
-    home = shutil.copytree(smoke.home, tmp_path / "home")
+    home = shutil.copytree(smoke.untouched, tmp_path / "home")
     lost = [
         next(path for path in sorted((home / "lake" / name).rglob("part-*.parquet")) if "=_" not in str(path))
         for name in ("targets", "trajectories", "studies", "selections", "evaluations")
@@ -89,5 +92,5 @@ def test_damage_in_any_table_is_made_again_and_said(
     assert done.stderr.count("made again:") == len(lost)
     assert all(str(path) in done.stderr for path in lost)
     same = "SELECT * EXCLUDE (selection_time_s, train_s) FROM evaluations ORDER BY evaluation_id, test_id"
-    assert content(home, same) == content(smoke.home, same)
+    assert content(home, same) == content(smoke.untouched, same)
     assert_sound(home)

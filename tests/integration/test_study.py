@@ -98,19 +98,21 @@ def test_doing_a_study_again_changes_nothing_in_the_lake(smoke: Studied, plancur
     assert again.stdout == smoke.stdout
 
 
-def test_a_study_that_another_process_works_on_is_left_alone(smoke: Studied, plancurate: Command) -> None:
+def test_a_study_that_another_process_works_on_is_left_alone(
+    smoke: Studied, plancurate_on_shared_server: Command
+) -> None:
     home = Home.resolve(smoke.home)
     with exclusive(home, open_study(SMOKE, home).study):
-        second = plancurate("study", "--preset", "smoke", "--home", str(smoke.home))
+        second = plancurate_on_shared_server("study", "--preset", "smoke", "--home", str(smoke.home))
     assert second.returncode == 2
     assert f"process {os.getpid()} is at work on it" in second.stderr
     assert "Traceback" not in second.stderr
 
 
-def test_a_larger_study_reuses_what_is_there(smoke: Studied, plancurate: Command) -> None:
+def test_a_larger_study_reuses_what_is_there(smoke: Studied, plancurate_on_shared_server: Command) -> None:
     before = parts(smoke.home)
     words = ("generate", "--preset", "smoke", "--targets", "3", "--planners", "RRTConnect", "EST")
-    done = plancurate(*words, "--home", str(smoke.home))
+    done = plancurate_on_shared_server(*words, "--home", str(smoke.home))
     assert done.returncode == 0, done.stderr
     after = parts(smoke.home)
     assert before.items() <= after.items()

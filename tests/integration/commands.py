@@ -1,0 +1,73 @@
+"""Commands in processes of their own that begin where their imports have ended.
+
+Importing Prefect, MLflow and torch takes a command longer than most of what tests ask of it. So one process imports
+them and forks for every command, which then goes on as one that was typed: its own environment, files, exit.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from ..homes import environment
+
+TIMEOUT_S = 600
+FORK = """
+import json, os, signal, sys
+
+import mlflow, pandas, prefect, sklearn.cluster, toppra, torch
+import plancurate.flows.cli.verdict, plancurate.flows.study
+from plancurate.flows.cli.app import main
+
+for line in sys.stdin:
+    call = json.loads(line)
+    if (child := os.fork()) == 0:
+        break
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+else:
+    sys.exit()
+signal.alarm(call["seconds"])
+os.environ.clear()
+os.environ.update(call["environment"])
+for descriptor, name in enumerate(call["files"]):
+    os.dup2(os.open(name, os.O_RDWR), descriptor)
+main(call["words"])
+"""
+
+
+def command_line(*words: str) -> list[str]:
+    """Return the plancurate command as this interpreter runs it from its first import on."""
+    return [sys.executable, "-c", "from plancurate.flows.cli.app import main; main()", *words]
+
+
+class Commands:
+    """Runs plancurate and captures what it says, one command at a time."""
+
+    def __init__(self, folder: Path) -> None:
+        self.outputs = [folder / "stdout", folder / "stderr"]
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", FORK], env=environment(), stdin=pipe, stdout=pipe, text=True
+        )
+
+    def run(self, *words: str, **variables: str) -> subprocess.CompletedProcess[str]:
+        """Run a command with environment variables of its own; one that hangs is killed after TIMEOUT_S."""
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        for file in self.outputs:
+            file.write_bytes(b"")
+        call = {
+            "words": words,
+            "environment": environment(**variables),
+            "files": ["/dev/null", *map(str, self.outputs)],
+            "seconds": TIMEOUT_S,
+        }
+        print(json.dumps(call), file=self.process.stdin, flush=True)
+        code = int(self.process.stdout.readline())
+        return subprocess.CompletedProcess(words, code, *(file.read_text() for file in self.outputs))
+
+    def close(self) -> None:
+        """End the process that forks."""
+        self.process.communicate()
