@@ -28,7 +28,9 @@ class SelectorChoice(BaseModel):
 
     @model_validator(mode="after")
     def _is_known(self) -> SelectorChoice:
-        self.selector.parse(self.params)
+        settings = self.selector.parse(self.params)
+        if self.model_extra:  # numbers as numbers: a study's key must not depend on how they were written
+            self.model_extra.update(settings.model_dump(mode="json", include=set(self.model_extra)))
         return self
 
     @model_serializer

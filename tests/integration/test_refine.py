@@ -50,7 +50,7 @@ def words(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, ...]:
 def corrected(plancurate: Command, words: tuple[str, ...]) -> Studied:
     done = plancurate("study", *words)
     assert done.returncode == 0, done.stderr
-    return Studied(Path(words[-1]), done.stdout, done.stderr)
+    return Studied(Path(words[-1]), Path(words[-1]), done.stdout, done.stderr)
 
 
 def test_every_round_has_its_row_and_the_headline_is_of_the_last(

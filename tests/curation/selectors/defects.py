@@ -43,7 +43,9 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 ROBOT, SCENE = load_robot("h2017"), load_scene("free")
-LEARNING = LearningSettings(TrainSettings(), EvaluateSettings(), TimingSettings())
+# Named, not the defaults of today: what is pinned must not change with them.
+TRAINING = TrainSettings(weight_decay=1.0, policies={"BC_MLP": {"hidden": [128, 128]}})
+LEARNING = LearningSettings(TRAINING, EvaluateSettings(), TimingSettings())
 CLEAN = "clean"
 DEFECTS = ("detour", "reversal", "duplicate", "stall", "wrong_target")
 DT = 0.05  # s
