@@ -168,7 +168,8 @@ def test_a_schedule_of_a_minute_starts_a_run_that_completes(serving: Serving) ->
     request(serving, "DELETE", f"/deployments/{generate}/schedules/{schedule['id']}")
     assert run["auto_scheduled"]
     assert (run["created_by"]["type"], run["created_by"]["id"]) == ("SCHEDULE", schedule["id"])
-    assert run["start_time"] >= run["expected_start_time"]
+    began, expected = (datetime.fromisoformat(run[f"{name}start_time"]) for name in ("", "expected_"))
+    assert abs(began - expected) < timedelta(seconds=45)  # a worker may take a run up moments early
 
 
 def test_a_schedule_that_was_switched_on_stays_on(serving: Serving, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -217,6 +218,7 @@ def test_a_killed_prefect_server_is_said_and_ends_everything(
 
 
 def test_ctrl_c_stops_everything(restarted: Serving) -> None:
+    time.sleep(1.0)  # a signal while Rich prints makes it print the same once more
     restarted.process.send_signal(signal.SIGINT)
     said = restarted.process.communicate(timeout=60)[1]
     assert (restarted.process.returncode, said) == (0, "stopped\n")
