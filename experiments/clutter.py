@@ -26,11 +26,12 @@ import torch
 from plancurate.errors import PlancurateError
 from plancurate.robots import Robot, Scene, load_robot, load_scene
 from plancurate.tasks.candidates.consistent_goals import draw_targets
+from plancurate.tasks.candidates.goals import nearest_goal
 from plancurate.tasks.candidates.plan import plan_candidate
+from plancurate.tasks.candidates.polylines import path_length
 from plancurate.tasks.candidates.scene_report import is_hard
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.targets import Target
-from plancurate.tasks.learning.arc import travelled
 from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
 from plancurate.tasks.learning.join import join_demonstrations
 from plancurate.tasks.learning.policies import TrainedPolicy
@@ -154,7 +155,7 @@ def shortest(robot: Robot, scene: Scene, target: Target, settings: GenerateSetti
     planner = configuration().planners[0]
     runs = [plan_candidate(robot, scene, target, planner, run, settings) for run in range(settings.plan.runs)]
     paths = [run.path for run in runs if run.status == "exact"]
-    return min(paths, key=lambda path: float(travelled(path)[-1]), default=None)
+    return min(paths, key=path_length, default=None)
 
 
 def references(tests: list[Problems]) -> list[Rate]:
@@ -193,16 +194,11 @@ def shown_in(part: Problems, settings: TrainSettings) -> Demonstrations:
 def reached(policy: TrainedPolicy, part: Problems) -> list[bool]:
     """Which targets of a scene a policy reaches."""
     robot, scene = world(part.scene)
-    goals = np.stack([nearest_goal(robot, target) for target in part.targets])[None]
+    goals = np.stack([nearest_goal(robot, target.goals) for target in part.targets])[None]
     settings, dt = configuration().evaluation, candidate_settings().timing.dt
     trials = roll_out([policy], robot, scene, unseen_tests(part.targets), settings, dt, goals)[0]
     success: list[bool] = trials["success"].to_pylist()
     return success
-
-
-def nearest_goal(robot: Robot, target: Target) -> FloatArray:
-    """The goal (n,) of a target that is nearest to home."""
-    return np.asarray(target.goals[np.linalg.norm(target.goals - robot.home, axis=1).argmin()])
 
 
 def counted(row: str, success: Iterable[bool], hard: Iterable[bool]) -> Rate:

@@ -19,12 +19,14 @@ from plancurate.tasks.candidates.settings import (
     TargetSettings,
 )
 from plancurate.tasks.candidates.sources import find_source
+from plancurate.tasks.learning.settings import TESTS_BY_DISTANCE
 
 if TYPE_CHECKING:
     from plancurate.tasks.learning.scene_check import SceneCheck
 
 TARGETS, PLAN = TargetSettings(), PlanSettings()
 MOST_TARGETS = 10_000
+TESTS = sum(TESTS_BY_DISTANCE.values())
 
 
 def check(
@@ -46,7 +48,7 @@ def check(
     Args:
         scene: Name of a scene, or a YAML file.
         robot: Name of a robot, or a folder.
-        targets: How many targets to draw; each has 16 test positions up to 5 cm from it.
+        targets: How many targets to draw; each has test positions up to 5 cm from it, as in a study.
         planner: Planner of the runs to targets.
         runs: Runs to each target.
         orientation: How the tool may be turned at a target, as in candidates.targets.orientation.
@@ -66,7 +68,7 @@ def check(
     from plancurate.tasks.learning.scene_check import check_scene  # SciPy: no --help needs it
 
     world = load_world(robot, scene)
-    with console.status(f"planning to {targets} targets and {16 * targets} tests"):
+    with console.status(f"planning to {targets} targets and {TESTS * targets} tests"):
         found = check_scene(*world, settings, targets, planner)
     if format == "json":
         write(json.dumps(as_record(found), indent=1))
@@ -92,7 +94,7 @@ def show(found: SceneCheck) -> None:
     shown.add_row(
         "reached by a planner",
         f"{planned.planner} {planned.reached:.0%}",
-        f"RRTConnect {found.tests_reached:.0%}",
+        f"{found.tests_planner} {found.tests_reached:.0%}",
     )
     shown.add_row(
         "free straight line", f"{1 - planned.hard:.0%}", f"{1 - found.tests_hard:.0%} of those reached"

@@ -50,10 +50,15 @@ def run_goals(
         return pose_goals(robot, scene, target, seed, settings)
     goals = target.goals[native.is_free(robot.native, scene.native, target.goals)]
     if settings.plan.goals == "nearest" and len(goals):
-        return goals[[np.linalg.norm(goals - robot.home, axis=1).argmin()]]
+        return nearest_goal(robot, goals)[None]
     if settings.plan.goals == "consistent" and len(goals):
         return goals[[np.random.default_rng((seed, POSE_STREAM)).integers(len(goals))]]
     return goals
+
+
+def nearest_goal(robot: Robot, goals: FloatArray) -> FloatArray:
+    """The one (n,) of the goals (k, n), k >= 1, that is nearest to the start in joint space."""
+    return np.asarray(goals[np.linalg.norm(goals - robot.home, axis=1).argmin()])
 
 
 def pose_goals(

@@ -11,6 +11,7 @@ from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.motions import subdivided
+from plancurate.tasks.candidates.polylines import path_length
 
 CLEARANCE_STEP = (
     0.01  # rad (m) between the states of an edge whose clearance is measured, as in checks of edges
@@ -67,11 +68,6 @@ def min_clearance(robot: Robot, scene: Scene, q: FloatArray) -> float | None:
 def joint_movement(q: FloatArray) -> float:
     """Sum over steps and joints of abs(q[i, j] - q[i-1, j]) of samples `q` (m, n), rad."""
     return float(np.abs(np.diff(q, axis=0)).sum())
-
-
-def path_length(tool: FloatArray) -> float:
-    """Sum of the distances between consecutive tool positions `tool` (m, 3), m."""
-    return float(np.linalg.norm(np.diff(tool, axis=0), axis=1).sum())
 
 
 def smoothness(tool: FloatArray, dt: float) -> float:

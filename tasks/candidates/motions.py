@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from plancurate.robots.shapes import FloatArray
+from plancurate.tasks.candidates.polylines import travelled
 
 GRID_POINTS = 100  # of toppra: durations within 2 % of those of a grid twice as fine, at 60 % of its time
 GRID_POINTS_PER_KNOT = 3  # of a spline with many knots, whose curvature changes from one to the next
@@ -75,8 +76,7 @@ def spline_samples(path: FloatArray, pace: Pace, longest: int) -> FloatArray:
     from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
 
     logging.getLogger("toppra").setLevel(logging.CRITICAL)  # what it warns of is in its answer
-    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    knots = np.concatenate([[0.0], np.cumsum(lengths)])
+    knots = travelled(path)
     spline = toppra.SplineInterpolator(knots, path, "natural")
     limits = [JointVelocityConstraint(pace.velocity), JointAccelerationConstraint(pace.acceleration)]
     grid = grid_of(knots)

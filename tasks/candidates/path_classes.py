@@ -19,6 +19,7 @@ from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import BoolArray, FloatArray
+from plancurate.tasks.candidates.polylines import evenly, path_length
 
 IntArray = npt.NDArray[np.intp]
 
@@ -36,7 +37,7 @@ def label_paths(robot: Robot, scene: Scene, paths: Sequence[FloatArray], targets
     """
     labels = [""] * len(paths)
     for rows in rows_by_target(targets):
-        shortest_first = sorted(rows, key=lambda row: length(paths[row]))
+        shortest_first = sorted(rows, key=lambda row: path_length(paths[row]))
         goals, ways = classes(robot, scene, np.stack([resampled(paths[row]) for row in shortest_first]))
         for row, goal, way in zip(shortest_first, goals, ways, strict=True):
             labels[row] = f"g{goal}.p{way}"
@@ -85,14 +86,7 @@ def deform(robot: Robot, scene: Scene, points: FloatArray, one: int, others: Int
 
 def resampled(path: FloatArray) -> FloatArray:
     """Points (POINTS, n) of a path (m, n), equally spaced by length, both ends included."""
-    travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
-    wanted = np.linspace(0.0, travelled[-1], POINTS)
-    return np.stack([np.interp(wanted, travelled, joint) for joint in path.T], axis=1)
-
-
-def length(path: FloatArray) -> float:
-    """Euclidean length of a path (m, n) in joint space."""
-    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+    return evenly(path, POINTS)
 
 
 def rows_by_target(targets: Sequence[int]) -> Iterable[IntArray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
-from plancurate.tasks.candidates.consistent_goals import draw_targets
+from plancurate.tasks.candidates.goals import nearest_goal
 from plancurate.tasks.candidates.metrics import min_clearance
 from plancurate.tasks.candidates.path_classes import label_paths
 from plancurate.tasks.candidates.plan import plan_candidate
@@ -94,10 +94,9 @@ class SceneReport:
 
 
 def scene_report(
-    robot: Robot, scene: Scene, settings: GenerateSettings, n: int, planner: str = "RRTConnect"
+    robot: Robot, scene: Scene, targets: Sequence[Target], settings: GenerateSettings, planner: str
 ) -> SceneReport:
-    """Plan to the first `n` targets of these settings; raises PlancurateError where targets can't be drawn."""
-    targets = draw_targets(robot, scene, settings, 0, n)
+    """Plan to targets; raises PlancurateError for an unknown planner or parameter."""
     each = tuple(target_report(robot, scene, target, planner, settings) for target in targets)
     return SceneReport(planner, settings.plan.runs, each)
 
@@ -123,8 +122,7 @@ def target_report(
 
 def is_hard(robot: Robot, scene: Scene, goals: FloatArray, settings: GenerateSettings) -> bool:
     """Whether the straight joint line from the start to the nearest of the goals (k, n), k >= 1, is not free."""
-    nearest = goals[np.linalg.norm(goals - robot.home, axis=1).argmin()]
-    edge = robot.home[None], nearest[None], settings.plan.resolution
+    edge = robot.home[None], nearest_goal(robot, goals)[None], settings.plan.resolution
     return not native.edge_is_free(robot.native, scene.native, *edge)[0]
 
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from plancurate.tasks.candidates.polylines import travelled
+
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
@@ -35,11 +37,6 @@ def resampled_steps(q: FloatArray, kept: IntArray, step: float) -> IntArray:
     before_last = np.minimum(_nearest(points, along[kept]), max(len(points) - 2, 0))
     stands[np.where(kept < len(q) - 1, before_last, len(points) - 1)] = True
     return np.flatnonzero(stands)
-
-
-def travelled(q: FloatArray) -> FloatArray:
-    """Length (m,) of the path from its first waypoint to each of q (m, n), rad."""
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
 
 
 def marks(length: float, step: float) -> FloatArray:

@@ -18,8 +18,9 @@ from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.tasks.candidates.goals import planning_scene
 from plancurate.tasks.candidates.plan import seed_of
+from plancurate.tasks.candidates.polylines import path_length, travelled
 from plancurate.tasks.candidates.settings import PlanSettings
-from plancurate.tasks.learning.arc import travelled
+from plancurate.tasks.candidates.sources.ompl import run_planner
 from plancurate.tasks.learning.policies.trained import TrainedPolicy
 from plancurate.tasks.learning.rollouts import moves
 from plancurate.tasks.learning.settings import CorrectionSettings, EvaluateSettings
@@ -130,7 +131,7 @@ def shortest(
     """The shortest of several plans (w, n) from start (n,) to goal (n,), in the first scene that has one; else None."""
     for scene in scenes:
         if paths := list(planned(robot, scene, start, goal, planning, number, plans)):
-            return min(paths, key=lambda path: float(travelled(path)[-1]))
+            return min(paths, key=path_length)
     return None
 
 
@@ -147,20 +148,9 @@ def planned(
     if not native.is_free(robot.native, scene.native, np.stack([start, goal])).all():
         return
     target, step = number
+    simplified = planning.model_copy(update={"simplification": "full"})
     for run in range(plans):
-        result = native.plan(
-            robot.native,
-            scene.native,
-            PLANNER,
-            start,
-            goal[None],
-            params=planning.params.get(PLANNER, {}),
-            seed=seed_of(planning.seed, target, f"correction {step}", run),
-            budget=native.Budget(
-                state_checks=planning.state_checks, polls=planning.polls, seconds=planning.seconds
-            ),
-            resolution=planning.resolution,
-            simplification="full",
-        )
+        seed = seed_of(planning.seed, target, f"correction {step}", run)
+        result = run_planner(PLANNER, robot, scene, start, goal[None], simplified, seed)
         if result.status == "exact":
             yield result.path

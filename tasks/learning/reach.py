@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.goals import drawn_goals, target_goals
 from plancurate.tasks.candidates.scene_report import is_hard
 from plancurate.tasks.candidates.settings import GenerateSettings, TargetSettings
+from plancurate.tasks.candidates.sources.ompl import run_planner
 
 PLANNER = "RRTConnect"
 SOLUTION_STARTS = 64  # of inverse kinematics, for goals that are chosen from
@@ -36,19 +36,8 @@ def reach(
     goals = target_goals(robot, scene, position, settings.targets, np.random.default_rng(seed))
     if not len(goals):
         return Reach(planned=False, hard=True)
-    plan = settings.plan
-    result = native.plan(
-        robot.native,
-        scene.native,
-        PLANNER,
-        robot.home,
-        goals,
-        params=plan.params.get(PLANNER, {}),
-        seed=seed[0],
-        budget=native.Budget(state_checks=plan.state_checks, polls=plan.polls, seconds=plan.seconds),
-        resolution=plan.resolution,
-        simplification="off",
-    )
+    raw = settings.plan.model_copy(update={"simplification": "off"})
+    result = run_planner(PLANNER, robot, scene, robot.home, goals, raw, seed[0])
     return Reach(planned=result.status == "exact", hard=is_hard(robot, scene, goals, settings))
 
 

@@ -94,9 +94,9 @@ class Trials:
         ends = [self.reached, self.collided, self.out_of_limits]
         return np.select(ends, ["", COLLIDED, LIMITS], LOST).astype(object)
 
-    def failure_details(self, failure: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
+    def failure_details(self) -> npt.NDArray[np.object_]:
         """What each trial (b,) collided with first, or which joint's limit it broke; "" for all others."""
-        details = np.full(len(failure), "", dtype=object)
+        details = np.full(len(self.steps), "", dtype=object)
         for i in np.flatnonzero(self.collided):
             edge = self.state.q[i], self.refused[i]
             details[i] = collision_detail(self.robot, self.scene, *edge, self.settings.resolution)
@@ -107,12 +107,11 @@ class Trials:
     def columns(self) -> dict[str, npt.NDArray[np.generic]]:
         """One value a trial for each measured column."""
         distance = self.distance()
-        failure = self.failure()
         return {
             "success": self.reached,
             "reached": self.reached,
-            "failure": failure,
-            "failure_detail": self.failure_details(failure),
+            "failure": self.failure(),
+            "failure_detail": self.failure_details(),
             "settled": (distance < self.settings.reach_m) & ~self.stopped,
             "precise": (distance < self.settings.precise_m) & ~self.stopped,
             "collided": self.collided,
@@ -183,15 +182,4 @@ def moves(
 
 def trial_table(tests: TargetsUnderTest, measured: dict[str, npt.NDArray[np.generic]]) -> pa.Table:
     """Trials of one policy: the tests' columns and the measured ones."""
-    x, y, z = tests.position.T
-    tested = {
-        "test_id": tests.test_id,
-        "kind": tests.kind,
-        "target_id": tests.target_id,
-        "distance_cm": pa.array(tests.distance_cm, mask=tests.distance_cm < 0),
-        "x": x,
-        "y": y,
-        "z": z,
-    }
-    hard = {} if tests.hard is None else {"hard": tests.hard}
-    return pa.table(tested | hard | measured)
+    return pa.table(tests.columns() | measured)

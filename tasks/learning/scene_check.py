@@ -11,6 +11,7 @@ from plancurate.robots.scene import Scene
 from plancurate.tasks.candidates.consistent_goals import draw_targets
 from plancurate.tasks.candidates.scene_report import SceneReport, scene_report
 from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.learning.reach import PLANNER
 from plancurate.tasks.learning.test_targets import displaced_tests, reachable_tests
 
 HARD = 1 / 3  # share of hard targets from which on a scene is worth a study
@@ -20,9 +21,11 @@ OUT_OF_REACH = 0.5  # share of targets that a planner must reach
 
 @dataclass(frozen=True)
 class SceneCheck:
-    """A planner's runs to targets, and single runs of RRTConnect to the displaced tests around them."""
+    """A planner's runs to targets, and a single run to each of the displaced tests around them."""
 
     planned: SceneReport
+    tests_planner: str
+    """Planner of the runs to tests."""
     tests: int
     """Displaced test positions, up to 5 cm from a target."""
     tests_reached: float
@@ -54,8 +57,9 @@ def check_scene(
 
     Raises PlancurateError where targets can't be drawn, or for an unknown planner or parameter.
     """
-    planned = scene_report(robot, scene, settings, n, planner)
-    drawn = displaced_tests(draw_targets(robot, scene, settings, 0, n), seed)
+    targets = draw_targets(robot, scene, settings, 0, n)
+    planned = scene_report(robot, scene, targets, settings, planner)
+    drawn = displaced_tests(targets, seed)
     kept = reachable_tests(drawn, robot, scene, settings, seed)
     hard = float(np.mean(kept.hard)) if kept.hard is not None and len(kept) else 0.0
-    return SceneCheck(planned, len(drawn), len(kept) / len(drawn), hard)
+    return SceneCheck(planned, PLANNER, len(drawn), len(kept) / len(drawn), hard)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pyarrow as pa
 
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
@@ -39,6 +41,17 @@ class TargetsUnderTest:
 
     def __len__(self) -> int:
         return len(self.kind)
+
+    def columns(self) -> dict[str, Any]:
+        """One value a test for each column of the lake's tables that says what was tested; `hard` where it is known."""
+        tested = {
+            "test_id": self.test_id,
+            "kind": self.kind,
+            "target_id": self.target_id,
+            "distance_cm": pa.array(self.distance_cm, mask=self.distance_cm < 0),
+            **dict(zip("xyz", self.position.T, strict=True)),
+        }
+        return tested if self.hard is None else tested | {"hard": self.hard}
 
 
 def displaced_tests(targets: Sequence[Target], seed: int) -> TargetsUnderTest:

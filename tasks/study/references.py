@@ -79,17 +79,5 @@ def replayed(best: pa.Table, positions: FloatArray, reach_m: float) -> BoolArray
 
 def reference_rows(reference: str, tests: TargetsUnderTest, success: BoolArray) -> pa.Table:
     """Return rows of `reference_trials`, one a test."""
-    x, y, z = tests.position.T
-    measured = {
-        "reference": [reference] * len(tests),
-        "test_id": tests.test_id,
-        "kind": tests.kind,
-        "x": x,
-        "y": y,
-        "z": z,
-        "hard": tests.hard,
-        "success": success,
-        "target_id": tests.target_id,
-        "distance_cm": pa.array(tests.distance_cm, mask=tests.distance_cm < 0),
-    }
-    return pa.table(measured, schema=table("reference_trials").schema)
+    same = {"reference": [reference] * len(tests), "success": success}
+    return pa.table(tests.columns() | same, schema=table("reference_trials").schema)

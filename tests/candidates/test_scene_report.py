@@ -3,6 +3,7 @@ import pytest
 
 from plancurate import native
 from plancurate.robots import load_world
+from plancurate.tasks.candidates.consistent_goals import draw_targets
 from plancurate.tasks.candidates.scene_report import is_hard, scene_report
 from plancurate.tasks.candidates.settings import GenerateSettings, PlanSettings, TargetSettings
 from plancurate.tasks.candidates.targets import sample_targets
@@ -22,7 +23,8 @@ SETTINGS = GenerateSettings(
     ],
 )
 def test_scenes_are_hard_for_a_straight_line_only(robot, scene, hard, robot_folders, record_property):
-    report = scene_report(*load_world(robot_folders.get(robot, robot), scene), SETTINGS, 20)
+    world = load_world(robot_folders.get(robot, robot), scene)
+    report = scene_report(*world, draw_targets(*world, SETTINGS, 0, 20), SETTINGS, "RRTConnect")
     record_property("report", str(report))
     assert report.reached >= 0.95
     assert report.hard >= hard
@@ -42,6 +44,7 @@ def test_a_target_is_hard_when_a_state_on_the_straight_line_collides():
 
 
 def test_an_empty_room_asks_for_nothing():
-    report = scene_report(*load_world("h2017", "free"), GenerateSettings(plan=PlanSettings(runs=1)), 6)
+    world, settings = load_world("h2017", "free"), GenerateSettings(plan=PlanSettings(runs=1))
+    report = scene_report(*world, draw_targets(*world, settings, 0, 6), settings, "RRTConnect")
     assert (report.reached, report.solved, report.hard, report.ways) == (1, 1, 0, 1)
     assert report.least_clearance > 0.1

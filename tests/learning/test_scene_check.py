@@ -26,7 +26,7 @@ def made_up(reached: int, hard: int) -> SceneCheck:
     each = (
         TargetReport(i, (0.0, 0.0, 0.0), int(i < reached), {"g0.p0": 1}, i < hard, None) for i in range(20)
     )
-    return SceneCheck(SceneReport("RRT", 1, tuple(each)), 320, 1.0, 0.0)
+    return SceneCheck(SceneReport("RRT", 1, tuple(each)), "RRTConnect", 320, 1.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,8 @@ from plancurate.tasks.candidates.sources.base import PlannedPath, Source, add_so
 if TYPE_CHECKING:
     from plancurate.robots.robot import Robot
     from plancurate.robots.scene import Scene
-    from plancurate.tasks.candidates.settings import GenerateSettings
+    from plancurate.robots.shapes import FloatArray
+    from plancurate.tasks.candidates.settings import GenerateSettings, PlanSettings
     from plancurate.tasks.candidates.targets import Target
 
 REVISION = 1  # raise when paths change for the same arguments and the same version of OMPL
@@ -30,27 +31,12 @@ class OmplPlanner:
         """Plan one run; it depends on the arguments alone unless `seconds` end it."""
         from plancurate.tasks.candidates.goals import planning_scene, run_goals
 
-        plan = settings.plan
-        kept = planning_scene(scene, plan)
+        kept = planning_scene(scene, settings.plan)
         goals = run_goals(robot, kept, target, seed, settings)
         if not len(goals):
             reason = "no goal configuration was found within the target's tolerance and the clearance"
             return PlannedPath(run, seed, "none", goals, reason, "goal")
-        try:
-            result = native.plan(
-                robot.native,
-                kept.native,
-                self.name,
-                robot.home,
-                goals,
-                params=plan.params.get(self.name, {}),
-                seed=seed,
-                budget=native.Budget(state_checks=plan.state_checks, polls=plan.polls, seconds=plan.seconds),
-                resolution=plan.resolution,
-                simplification=plan.simplification,
-            )
-        except ValueError as error:
-            raise PlancurateError(f"planner {self.name}: {error}") from None
+        result = run_planner(self.name, robot, kept, robot.home, goals, settings.plan, seed)
         return PlannedPath(
             run,
             seed,
@@ -62,6 +48,37 @@ class OmplPlanner:
             result.motion_checks,
             result.seconds,
         )
+
+
+def run_planner(
+    planner: str,
+    robot: Robot,
+    scene: Scene,
+    start: FloatArray,
+    goals: FloatArray,
+    settings: PlanSettings,
+    seed: int,
+) -> native.Result:
+    """Plan from start (n,) to any of goals (k, n), rad, within the settings' budget, in the scene as it is.
+
+    Raises PlancurateError for a parameter that the planner refuses.
+    """
+    budget = native.Budget(state_checks=settings.state_checks, polls=settings.polls, seconds=settings.seconds)
+    try:
+        return native.plan(
+            robot.native,
+            scene.native,
+            planner,
+            start,
+            goals,
+            params=settings.params.get(planner, {}),
+            seed=seed,
+            budget=budget,
+            resolution=settings.resolution,
+            simplification=settings.simplification,
+        )
+    except ValueError as error:
+        raise PlancurateError(f"planner {planner}: {error}") from None
 
 
 for _planner in native.planners():

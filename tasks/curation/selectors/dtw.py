@@ -11,6 +11,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from plancurate import native
 from plancurate.errors import PlancurateError
 from plancurate.robots.robot import Robot
+from plancurate.tasks.candidates.polylines import evenly
 from plancurate.tasks.curation.pool import FloatArray
 from plancurate.tasks.curation.selectors.base import IntArray, Kept, Problem, Settings, selector
 from plancurate.tasks.curation.selectors.ranking import (
@@ -106,9 +107,7 @@ def of_largest_groups(problem: Problem, groups: IntArray, key: FloatArray) -> Ke
 def tool_shape(robot: Robot, q: FloatArray) -> Float32Array:
     """Points (POINTS, 3), m, evenly along the tool's path during `q` (m, n): its shape, whatever the speed."""
     tool = native.fk(robot.native, np.ascontiguousarray(q))[:, :3, 3]
-    travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tool, axis=0), axis=1))])
-    even = np.linspace(0, travelled[-1], POINTS)
-    return np.column_stack([np.interp(even, travelled, axis) for axis in tool.T]).astype(np.float32)
+    return evenly(tool, POINTS).astype(np.float32)
 
 
 def pairwise_dtw(paths: Float32Array) -> FloatArray:

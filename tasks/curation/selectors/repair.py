@@ -9,6 +9,7 @@ import numpy as np
 from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
+from plancurate.tasks.candidates.polylines import path_length
 from plancurate.tasks.candidates.settings import TimingSettings
 from plancurate.tasks.candidates.time_parameterisation import time_path
 from plancurate.tasks.curation.pool import FloatArray
@@ -54,15 +55,11 @@ def repaired_trajectory(
         )
     except ValueError:  # not free at this resolution: it was planned with a coarser one
         return q
-    if _length(path) >= SHORTER * _length(q):
+    if path_length(path) >= SHORTER * path_length(q):
         return q
     timed = time_path(robot, scene, path, timing)
-    better = not timed.reason and _length(timed.q) < SHORTER * _length(q)
+    better = not timed.reason and path_length(timed.q) < SHORTER * path_length(q)
     return timed.q if better else q
-
-
-def _length(q: FloatArray) -> float:
-    return float(np.linalg.norm(np.diff(q, axis=0), axis=1).sum())
 
 
 def _seed_of(seed: int, q: FloatArray) -> int:
