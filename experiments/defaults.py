@@ -30,29 +30,40 @@ from plancurate.tasks.lake.home import Home
 from plancurate.tasks.learning.rollouts import roll_out
 from plancurate.tasks.learning.test_targets import unseen_tests
 from plancurate.tasks.learning.train import train
-from plancurate.tasks.report.development import RATES
+from plancurate.tasks.report.development import BASE_ROW, RATES
 from plancurate.tasks.study.config import POLICIES, load_config
 from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
 from plancurate.tasks.study.demonstrations import selected_demonstrations
 from plancurate.tasks.study.selections import study_selections
+from plancurate.yaml_files import merged
 
 CONFIG = Path(__file__).with_name("development.yaml")
+# What each row changes: the first edition's settings, whatever the defaults are now.
+BASE: dict[str, Any] = {
+    "steps": 2000,
+    "weight_decay": 1.0,
+    "demonstration_steps": "time",
+    "policies": {
+        "BC_MLP": {"hidden": [128, 128]},
+        "BC_RNN": {"hidden": 64},
+        "BC_RNN_Dropout": {"hidden": 64, "dropout": 0.2},
+        "BC_RNN_MDN": {"hidden": 64, "min_std": 0.3},
+    },
+}
 COMMON: dict[str, dict[str, Any]] = {
-    "defaults": {},
+    BASE_ROW: {},
     "weight_decay 0": {"weight_decay": 0.0},
     "weight_decay 0.01": {"weight_decay": 0.01},
     "weight_decay 0.1": {"weight_decay": 0.1},
-    "weight_decay 1": {"weight_decay": 1.0},
-    "time steps": {"demonstration_steps": "time"},
     "arc steps": {"demonstration_steps": "arc"},
     "steps x 5": {"steps": 10_000},
 }
-"""Settings of training, the same for every policy; those that equal the defaults show that they do."""
+"""Settings of training, the same for every policy."""
 OWN: dict[str, dict[str, dict[str, Any]]] = {
     "BC_MLP": {"hidden 256-256": {"hidden": [256, 256]}, "relu": {"activation": "relu"}},
     "BC_RNN": {"hidden 128": {"hidden": 128}},
     "BC_RNN_Dropout": {"dropout 0.1": {"dropout": 0.1}, "dropout 0.5": {"dropout": 0.5}},
-    "BC_RNN_MDN": {"min_std 0.01": {"min_std": 0.01}, "min_std 0.3": {"min_std": 0.3}},
+    "BC_RNN_MDN": {"min_std 0.01": {"min_std": 0.01}},
 }
 """Settings of single policies."""
 
@@ -67,6 +78,8 @@ class Rate:
     variant: str
     n: int
     successes: int
+    settled: int
+    """Rollouts that were at the target at the step limit."""
 
 
 def main() -> None:
@@ -84,8 +97,11 @@ def main() -> None:
     rates: list[Rate] = []
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
         for (policy, variant, _), some in zip(wanted, processes.map(measure, wanted), strict=True):
-            mean = sum(rate.successes / rate.n for rate in some) / len(some)
-            print(f"{policy:15} {variant:20} {100 * mean:5.1f}", flush=True)
+            success, settled = (
+                100 * sum(counts) / sum(rate.n for rate in some)
+                for counts in ([rate.successes for rate in some], [rate.settled for rate in some])
+            )
+            print(f"{policy:15} {variant:20} {success:5.1f} settled {settled:5.1f}", flush=True)
             rates += some
     if asked.write:
         RATES.write_text(json.dumps([asdict(rate) for rate in rates], indent=0) + "\n", encoding="utf-8")
@@ -104,9 +120,8 @@ def measure(wanted: tuple[str, str, Path]) -> list[Rate]:
     policy, variant, home = wanted
     warnings.simplefilter("ignore")
     torch.set_num_threads(1)
-    own = OWN[policy].get(variant)
-    training = COMMON[variant] if own is None else {"policies": {policy: own}}
-    config = load_config("smoke", CONFIG, {"training": {"steps": 2000, **training}})
+    changed = COMMON[variant] if variant in COMMON else {"policies": {policy: OWN[policy][variant]}}
+    config = load_config("smoke", CONFIG, {"training": merged(BASE, changed)})
     study = open_study(config, Home.resolve(home))
     return [rate for pool in study.pools for rate in measure_pool(study, pool, policy, variant)]
 
@@ -122,7 +137,15 @@ def measure_pool(study: StudyContext, pool: PoolContext, policy: str, variant: s
         trained, pool.robot, pool.scene, tests, study.config.evaluation, pool.settings.timing.dt
     )
     return [
-        Rate(pool.scene.name, wanted.title, policy, variant, len(tests), sum(table["success"].to_pylist()))
+        Rate(
+            pool.scene.name,
+            wanted.title,
+            policy,
+            variant,
+            len(tests),
+            sum(table["success"].to_pylist()),
+            sum(table["settled"].to_pylist()),
+        )
         for wanted, table in zip(selections, tables, strict=True)
     ]
 

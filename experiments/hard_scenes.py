@@ -88,7 +88,8 @@ def main() -> None:
     parser.add_argument("--json", type=Path)
     asked = parser.parse_args()
     command = [sys.executable, "-m", "plancurate.flows.cli.app", "generate"]
-    subprocess.run([*command, "--config", CONFIG, "--home", asked.home], check=True)
+    options = ["--config", CONFIG, "--home", asked.home, "--scenes", *asked.scenes]
+    subprocess.run([*command, *options], check=True)
     wanted = [(scene, row, asked.seeds, asked.home) for scene in asked.scenes for row in asked.rows]
     rates = []
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
@@ -114,12 +115,11 @@ def measure(wanted: tuple[str, str, int, Path]) -> Rate:
     warnings.simplefilter("ignore")
     torch.set_num_threads(1)
     label, selector, training = ROWS[row]
-    study = open_study(load_config("smoke", CONFIG, {"training": training}), Home.resolve(home))
-    pool = next(pool for pool in study.pools if (pool.scene_source, pool.label) == (scene, label))
+    study, pool = opened(scene, label, home, training)
     data = demonstrations_of(study, pool, selector)
     trained = train("BC_MLP", [data] * seeds, range(seeds), study.config.training)
     tests = tests_of(scene, home)
-    goals = goals_of(trained, scene, home)
+    goals = goals_of(trained, scene, label, home)
     tables = roll_out(
         trained, pool.robot, pool.scene, tests, study.config.evaluation, pool.settings.timing.dt, goals
     )
@@ -132,11 +132,17 @@ def demonstrations_of(study: StudyContext, pool: PoolContext, selector: str) -> 
     return selected_demonstrations(study, wanted[0])
 
 
+def opened(scene: str, label: str, home: Path, training: dict[str, Any]) -> tuple[StudyContext, PoolContext]:
+    """The study with these settings of training in one scene, and its pool of that label."""
+    config = load_config("smoke", CONFIG, {"training": training, "scenes": [scene]})
+    study = open_study(config, Home.resolve(home))
+    return study, next(pool for pool in study.pools if pool.label == label)
+
+
 @cache
 def tests_of(scene: str, home: Path) -> TargetsUnderTest:
     """Unseen targets of a scene, the same for all rows: drawn with the orientation tolerance."""
-    study = open_study(load_config("smoke", CONFIG, {}), Home.resolve(home))
-    pool = next(pool for pool in study.pools if (pool.scene_source, pool.label) == (scene, "all"))
+    study, pool = opened(scene, "all", home, {})
     seed = study.config.evaluation.seed
     settings = pool.settings.targets.model_copy(update={"seed": seed})
     tests = unseen_tests(sample_targets(pool.robot, pool.scene, settings, 0, study.config.unseen))
@@ -144,24 +150,23 @@ def tests_of(scene: str, home: Path) -> TargetsUnderTest:
 
 
 @cache
-def solutions_of(scene: str, home: Path) -> list[FloatArray]:
-    """Inverse-kinematics solutions of those targets."""
-    study = open_study(load_config("smoke", CONFIG, {}), Home.resolve(home))
-    pool = next(pool for pool in study.pools if (pool.scene_source, pool.label) == (scene, "all"))
+def solutions_of(scene: str, label: str, home: Path) -> list[FloatArray]:
+    """Inverse-kinematics solutions of those targets within the tolerance of a pool: what its policies know."""
+    study, pool = opened(scene, label, home, {})
+    seed, settings = study.config.evaluation.seed, pool.settings.targets
     return [
-        goal_solutions(
-            pool.robot, pool.scene, position, pool.settings.targets, (study.config.evaluation.seed, i)
-        )
+        goal_solutions(pool.robot, pool.scene, position, settings, (seed, i))
         for i, position in enumerate(tests_of(scene, home).position)
     ]
 
 
-def goals_of(trained: Sequence[TrainedPolicy], scene: str, home: Path) -> FloatArray | None:
+def goals_of(trained: Sequence[TrainedPolicy], scene: str, label: str, home: Path) -> FloatArray | None:
     """Goal configurations (networks, tests, n), where the networks are shown any."""
-    if trained[0].goals is None:
+    shown = [network.goals for network in trained if network.goals is not None]
+    if not shown:
         return None
-    positions, solutions = tests_of(scene, home).position, solutions_of(scene, home)
-    return np.stack([chosen_goals(network.goals, positions, solutions) for network in trained])
+    positions, solutions = tests_of(scene, home).position, solutions_of(scene, label, home)
+    return np.stack([chosen_goals(goals, positions, solutions) for goals in shown])
 
 
 def counted(scene: str, row: str, tests: TargetsUnderTest, tables: Sequence[Any]) -> Rate:
