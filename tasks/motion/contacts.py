@@ -42,8 +42,8 @@ def collision(scene: Scene, begin: float, end: float, pair: str, depth: float | 
     parts = {"ground", *(entry.name for entry in scene.shapes)}
     check: Check = "scene collision" if pair.rpartition(" and ")[2] in parts else "self-collision"
     how = f"by up to {depth:.4f} m" if depth else f"or come nearer than {scene.margin:g} m"
-    message = f"{pair} collide {how}, until {end:.3f} s, first"
-    return Violation(check, begin, pair, message, depth, scene.margin, "m")
+    message = f"{pair} collide {how}, until {end:.3f} s"
+    return Violation(check, begin, pair, message, depth, 0.0, "m")
 
 
 def stretches(bad: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Iterator[tuple[int, int]]:

@@ -22,7 +22,7 @@ Found = tuple[list[Violation], dict[str, float]]
 def position_violations(robot: Robot, t: FloatArray, q: FloatArray) -> Iterator[Violation]:
     """The joints that leave their range in states q (t, n) at times t (t,)."""
     beyond = np.maximum(robot.lower - q, q - robot.upper)
-    for joint in np.flatnonzero((beyond > POSITION_TOLERANCE).any(axis=0)):
+    for joint in np.flatnonzero((beyond > POSITION_TOLERANCE).any(axis=0)).tolist():
         first, worst = int((beyond[:, joint] > POSITION_TOLERANCE).argmax()), int(beyond[:, joint].argmax())
         value = float(q[worst, joint])
         limit = float(robot.lower[joint] if value < robot.lower[joint] else robot.upper[joint])
@@ -43,7 +43,8 @@ def motion_limits(robot: Robot, curve: Curve, t: FloatArray, settings: MotionSet
     ]
     if np.isfinite(robot.jerk).any():
         checks.append(("jerk", curve.jerk(t), robot.jerk, loose, "/s^3"))
-    violations, measured = [], {}
+    violations: list[Violation] = []
+    measured: dict[str, float] = {}
     for check, values, limits, tolerance, per in checks:
         units = [f"{unit_of(robot, joint)}{per}" for joint in range(robot.dof)]
         violations += excesses(robot, check, t, np.abs(values), limits, tolerance, units)
@@ -75,7 +76,7 @@ def excesses(
 ) -> Iterator[Violation]:
     """The joints whose values (t, n), not negative, exceed their limit (n,) by more than the tolerance."""
     over = ~(values <= limits * (1 + tolerance))
-    for joint in np.flatnonzero(over.any(axis=0)):
+    for joint in np.flatnonzero(over.any(axis=0)).tolist():
         name, worst, limit = robot.joint_names[joint], float(values[:, joint].max()), float(limits[joint])
         message = (
             f"{name} exceeds its {check} limit, up to {worst:.4g} {units[joint]} where {limit:.4g} is allowed "

@@ -76,5 +76,7 @@ def saturations(
         return []
     first = int(full.any(axis=1).argmax())
     name = robot.joint_names[int(full[first].argmax())]
-    message = f"played back, joints are at their effort limit for {share:.3f} of all steps, {limit:g} is allowed"
+    message = (
+        f"played back, joints are at their effort limit for {share:.3f} of all steps, {limit:g} is allowed"
+    )
     return [Violation("saturation", float(t[first]), name, message, share, limit, "")]

@@ -29,7 +29,7 @@ class Violation:
     @property
     def sentence(self) -> str:
         """All of it for a person."""
-        return f"{self.message} at {self.time_s:.3f} s"
+        return f"{self.message}, first at {self.time_s:.3f} s"
 
 
 @dataclass(frozen=True)
