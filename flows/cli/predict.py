@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import sys
 from collections import Counter
@@ -17,8 +16,6 @@ from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.cli.verify import payload_of
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
     from plancurate.tasks.motion.predict import Prediction
 
 NOT_ALL = 1
@@ -62,20 +59,23 @@ def predict(
     """
     if (target is None) == (targets is None):
         raise PlancurateError("predict: --target X Y Z or --targets FILE is needed, not both")
-    positions = np.array([target]) if target else read_targets(targets or Path())
     payload = payload_of(payload_mass, payload_centre)
     from plancurate.tasks.motion.predict import predict_motions  # torch and SciPy: no --help needs them
+    from plancurate.tasks.motion.target_files import read_targets, write_prediction, write_predictions
     from plancurate.tasks.motion.trajectory_files import format_of
     from plancurate.tasks.study.predictor import Choice, study_policy
 
+    positions = np.array([target]) if target else read_targets(targets or Path())
     if out:
         format_of(out)
     chosen = study_policy(options.folder(), Choice(study, key, scene, selector, policy))
     settings = chosen.settings.model_copy(update={"proposals": proposals})
     trained = None if planner_alone else chosen.trained
     found = predict_motions(trained, chosen.robot, chosen.scene, positions, settings, payload)
-    if out:
-        store(out, found, numbered=target is None)
+    if out and target:
+        write_prediction(out, found[0])
+    elif out:
+        write_predictions(out, found)
     who = {"selector": chosen.row.name, "policy": chosen.row.policy, "seed": chosen.row.seed}
     if json:
         write(as_json({**who, "predictions": [one.as_record() for one in found]}))
@@ -84,58 +84,22 @@ def predict(
     sys.exit(0 if all(one.motion for one in found) else NOT_ALL)
 
 
-def read_targets(file: Path) -> npt.NDArray[np.float64]:
-    """Read targets (t, 3), m; PlancurateError for a file that has none."""
-    try:
-        with file.open(newline="", encoding="utf-8") as lines:
-            rows = list(csv.DictReader(lines))
-    except (OSError, UnicodeDecodeError) as error:
-        raise PlancurateError(
-            f"{file}: cannot be read: {error}; a CSV file with x, y and z is needed"
-        ) from None
-    if not rows:
-        raise PlancurateError(
-            f"{file}: holds no targets; a line x,y,z and a line of numbers for each are needed"
-        )
-    return np.array(
-        [[coordinate(file, number, row, axis) for axis in "xyz"] for number, row in enumerate(rows)]
-    )
-
-
-def coordinate(file: Path, number: int, row: dict[str, str], axis: str) -> float:
-    """One coordinate of a target."""
-    try:
-        return float(row[axis])
-    except (KeyError, TypeError, ValueError):
-        raise PlancurateError(
-            f"{file}: target {number}: {axis} = {row.get(axis)}; a number in m would be right"
-        ) from None
-
-
-def store(out: Path, found: list[Prediction], numbered: bool) -> None:
-    """Write the motions; of many, each into a file with its target's number."""
-    from plancurate.tasks.motion.trajectory_files import write_motion
-
-    for number, one in enumerate(found):
-        if one.motion:
-            write_motion(out.with_stem(f"{out.stem}-{number:04d}") if numbered else out, one.motion)
-
-
 def show(title: str, found: list[Prediction]) -> None:
     """Print who made which motion and how long it took, for a person."""
     console.print(title, highlight=False)
-    stages = list(found[0].seconds)
-    shown = table("target (m)", "made by", "takes (s)", "off (mm)", *(f"{stage} (ms)" for stage in stages))
+    shown = table("target (m)", "made by", "takes", "off", "made in (ms)")
     for one in found:
-        duration = f"{one.motion.times[-1]:.2f}" if one.motion else ""
-        off = "" if one.distance_m is None else f"{1000 * one.distance_m:.1f}"
-        times = (f"{1000 * one.seconds[stage]:.0f}" for stage in stages)
-        shown.add_row(" ".join(f"{x:.3f}" for x in one.target), one.made_by, duration, off, *times)
+        duration = f"{one.motion.times[-1]:.2f} s" if one.motion else ""
+        off = "" if one.distance_m is None else f"{1000 * one.distance_m:.1f} mm"
+        spent = ", ".join(
+            f"{stage} {1000 * seconds:.0f}" for stage, seconds in one.seconds.items() if seconds
+        )
+        shown.add_row(" ".join(f"{x:.3f}" for x in one.target), one.made_by, duration, off, spent)
     output.print(shown)
-    for one in found if len(found) == 1 else ():
-        for reason in one.refused:
+    if len(found) == 1:
+        for reason in found[0].refused:
             output.print(f"refused: {reason}", style="dim", markup=False, highlight=False, soft_wrap=True)
-    if len(found) > 1:
+    else:
         counts = Counter(one.made_by for one in found)
         output.print(
             ", ".join(f"{count} by {maker}" for maker, count in counts.most_common()), highlight=False

@@ -43,6 +43,8 @@ class StudyPolicy:
     trained: TrainedPolicy
     robot: Robot
     scene: Scene
+    sources: tuple[str, str]
+    """Robot and scene as the study names them: what another process loads them by."""
     settings: PredictSettings
 
 
@@ -59,8 +61,9 @@ def study_policy(home: Home, choice: Choice) -> StudyPolicy:
     networks = wanted_networks(opened, study_selections(opened))
     network = next(one for one in networks if cell_of_network(opened, one) == cell_of_row(row))
     pool = opened.pool(network.selection.pool)
+    sources = (opened.config.robot, pool.scene_source)
     settings = PredictSettings(candidates=pool.settings, rollout=opened.config.evaluation)
-    return StudyPolicy(row, load_network(opened, network), pool.robot, pool.scene, settings)
+    return StudyPolicy(row, load_network(opened, network), pool.robot, pool.scene, sources, settings)
 
 
 def chosen_row(lake: Lake, study: str, choice: Choice) -> ResultRow:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +14,14 @@ from plancurate import native
 from plancurate.robots import load_robot
 from plancurate.tasks.motion.trajectory_files import read_motion
 
+from ..homes import environment
 from .conftest import Command, Studied
 
+FLOW = """
+import json, sys
+from plancurate.flows.predict import predict
+print(json.dumps(predict("smoke", json.loads(sys.argv[1]), home=sys.argv[2])))
+"""
 TARGETS = [(0.9, 0.1, 0.6), (0.8, -0.1, 0.7), (5.0, 0.0, 0.0)]
 
 
@@ -49,3 +58,23 @@ def test_what_can_t_be_asked_for_ends_with_2_and_one_line(
         assert done.returncode == 2
         assert said in done.stderr
         assert done.stderr.count("\n") == 1
+
+
+def test_the_flow_writes_motions_into_the_home_and_verifies_what_it_wrote(
+    smoke: Studied, shared_server: str, tmp_path: Path
+) -> None:
+    home = tmp_path / "home"
+    shutil.copytree(smoke.untouched, home)
+    done = subprocess.run(
+        [sys.executable, "-c", FLOW, json.dumps(TARGETS), str(home)],
+        capture_output=True,
+        text=True,
+        env=environment(PREFECT_API_URL=shared_server),
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout.splitlines()[-1])
+    files = sorted(str(path) for path in (home / "motions").iterdir())
+    assert [one["file"] for one in found] == [*files, None]
+    assert len(files) == 2
+    assert all(one["verdict"]["passed"] for one in found[:2])
