@@ -30,9 +30,8 @@ def main() -> None:
     parser.add_argument("--policies", nargs="+", default=["BC_MLP"])
     parser.add_argument("--targets", type=int, default=500)
     asked = parser.parse_args()
-    print(
-        f"| asked | motions | by the policy | {' | '.join(f'{stage}, ms' for stage in STAGES)} | all, ms | off, mm |"
-    )
+    stages = " | ".join(f"{stage}, ms" for stage in STAGES)
+    print(f"| asked | motions | by the policy | {stages} | all, ms | takes, s | off, mm |")
     for policy in [*asked.policies, None]:
         choice = Choice(
             asked.study, scene=asked.scene, selector=asked.selector, policy=policy or asked.policies[0]
@@ -57,7 +56,8 @@ def print_row(name: str, found: Sequence[Prediction]) -> None:
     whole = np.median([1000 * sum(one.seconds.values()) for one in made])
     off = np.median([1000 * (one.distance_m or 0.0) for one in made])
     share = f"{makers['policy']} ({100 * makers['policy'] / len(found):.0f} %)"
-    shown = " | ".join(f"{value:.1f}" for value in [*times, whole, off])
+    takes = np.median([float(one.motion.times[-1]) for one in made if one.motion is not None])
+    shown = " | ".join(f"{value:.1f}" for value in [*times, whole, takes, off])
     print(f"| {name} | {len(made)} of {len(found)} | {share} | {shown} |", flush=True)
     reasons = Counter(
         reason.partition(":")[0] + ":" + reason.partition(":")[2][:40]

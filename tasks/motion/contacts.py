@@ -9,14 +9,14 @@ import numpy as np
 
 from plancurate import native
 from plancurate.robots import Robot, Scene, colliding_pairs
-from plancurate.robots.scene import native_scene
+from plancurate.robots.scene import empty_scene, native_scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.playback import world_of_thread
 from plancurate.tasks.motion.limits import Found
 from plancurate.tasks.motion.settings import MotionSettings
 from plancurate.tasks.motion.violations import Check, Violation
 
-LOOKED_AT = 50  # states of a stretch in collision whose depth is measured
+LOOKED_AT = 20  # states of a stretch in collision of which it is said what touches, and how deep
 
 
 def judged_scene(scene: Scene, settings: MotionSettings) -> Scene:
@@ -26,23 +26,33 @@ def judged_scene(scene: Scene, settings: MotionSettings) -> Scene:
 
 
 def collisions(robot: Robot, scene: Scene, t: FloatArray, q: FloatArray) -> list[Violation]:
-    """What touches, or comes nearer than the scene's margin, in states q (t, n) at times t (t,)."""
-    free = native.is_free(robot.native, scene.native, np.ascontiguousarray(q))
-    found: dict[str, Violation] = {}
-    for begin, end in stretches(~free):
-        depths = depths_of(robot, scene, q[begin:end])
-        for pair in colliding_pairs(robot, scene, q[begin]):
-            if pair not in found:
-                found[pair] = collision(scene, float(t[begin]), float(t[end - 1]), pair, depths.get(pair))
-    return list(found.values())
+    """What touches, or comes nearer than the scene's margin, in states q (t, n) at times t (t,).
+
+    The arm is looked at for itself and in the scene: links that meet while another lies on the table are found too.
+    """
+    q = np.ascontiguousarray(q)
+    alone = native.is_free(robot.native, empty_scene(scene.margin).native, q)
+    apart = native.is_free(robot.native_without_pairs, scene.native, q)
+    bad = [*stretches(~alone), *stretches(~apart)]
+    looked_at = sorted(
+        {state for begin, end in bad for state in range(begin, end, -(-(end - begin) // LOOKED_AT))}
+    )
+    if not looked_at:
+        return []
+    seen: dict[str, list[float]] = {}
+    for state in looked_at:
+        for pair in colliding_pairs(robot, scene, q[state]):
+            seen.setdefault(pair, []).append(float(t[state]))
+    depths = depths_of(robot, scene, q[looked_at])
+    return [collision(scene, times[0], times[-1], pair, depths.get(pair)) for pair, times in seen.items()]
 
 
 def collision(scene: Scene, begin: float, end: float, pair: str, depth: float | None) -> Violation:
-    """Describe two things that are too near from `begin` to `end`, s."""
+    """Describe two things that are too near at `begin`, s, first and at `end` last."""
     parts = {"ground", *(entry.name for entry in scene.shapes)}
     check: Check = "scene collision" if pair.rpartition(" and ")[2] in parts else "self-collision"
     how = f"by up to {depth:.4f} m" if depth else f"or come nearer than {scene.margin:g} m"
-    message = f"{pair} collide {how}, until {end:.3f} s"
+    message = f"{pair} collide {how}, until about {end:.2f} s"
     return Violation(check, begin, pair, message, depth, 0.0, "m")
 
 
@@ -53,11 +63,11 @@ def stretches(bad: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Iterator[tuple
 
 
 def depths_of(robot: Robot, scene: Scene, q: FloatArray) -> dict[str, float]:
-    """How deep, m, pairs of things go into each other at most, by PyBullet, in states q (k, n) or some of them."""
+    """How deep, m, pairs of things go into each other at most, by PyBullet, in states q (k, n)."""
     world = world_of_thread()
     world.build(robot, scene)
     depths: dict[str, float] = {}
-    for state in q[:: -(-len(q) // LOOKED_AT)].tolist():
+    for state in q.tolist():
         for contact in world.touching(state):
             for pair in (f"{contact.first} and {contact.second}", f"{contact.second} and {contact.first}"):
                 depths[pair] = max(depths.get(pair, 0.0), -contact.distance)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any, Literal
 
 import numpy as np
@@ -109,7 +110,7 @@ class Predictor:
                 self.judge(prediction, found.path, "policy")
 
     def planner_attempt(self, number: int, prediction: Prediction) -> None:
-        """Plan to a target, run after run, until a motion passes."""
+        """Plan to a target, run after run, until a motion passes; at last without the clearance that plans keep."""
         settings, position = self.settings.candidates, np.array(prediction.target)
         rng = np.random.default_rng((self.settings.seed, number))
         with timed(prediction.seconds, "planning"):
@@ -120,9 +121,11 @@ class Predictor:
             )
             return
         target = Target(number, position, goals)
-        for run in range(settings.plan.runs):
+        near = settings.model_copy(update={"plan": settings.plan.model_copy(update={"clearance_m": 0.0})})
+        tried = [settings] if settings.plan.clearance_m == 0 else [settings, near]
+        for kept, run in product(tried, range(settings.plan.runs)):
             with timed(prediction.seconds, "planning"):
-                planned = plan_candidate(self.robot, self.scene, target, self.settings.planner, run, settings)
+                planned = plan_candidate(self.robot, self.scene, target, self.settings.planner, run, kept)
             if planned.status != "exact":
                 prediction.refused.append(f"planner: {planned.reason}")
             elif self.judge(prediction, planned.path, "planner"):

@@ -144,6 +144,15 @@ def test_a_target_that_nobody_reaches_is_said_to_be_one():
     assert prediction.as_record()["duration_s"] is None
 
 
+def test_a_target_too_near_an_obstacle_for_the_planner_s_clearance_is_reached_without_it():
+    targets = drawn("table", 1)
+    settings = PredictSettings(candidates=GenerateSettings(plan=PlanSettings(runs=1, clearance_m=0.5)))
+    (prediction,) = predict_motions(None, *world("table"), positions(targets), settings)
+    assert prediction.made_by == "planner"
+    assert len(prediction.refused) == 1
+    assert "clearance" in prediction.refused[0]
+
+
 @pytest.mark.parametrize("targets", [np.zeros((2, 2)), np.zeros(3), np.full((1, 3), np.nan)])
 def test_targets_that_are_none_are_refused(targets):
     with pytest.raises(PlancurateError, match="rows of x, y and z"):

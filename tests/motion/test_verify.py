@@ -9,6 +9,7 @@ import pytest
 from plancurate import native
 from plancurate.errors import PlancurateError
 from plancurate.robots import load_robot, load_scene
+from plancurate.robots.scene import native_scene
 from plancurate.tasks.candidates.payload import Payload
 from plancurate.tasks.candidates.settings import VerifySettings
 from plancurate.tasks.motion.motion import Motion
@@ -111,6 +112,22 @@ def test_links_that_run_into_each_other_are_found_and_named(robot_folders):
     assert first.where.startswith("link_")
     assert first.worst > 0.001
     assert "contact" in checks(verdict)
+
+
+def test_links_that_meet_while_others_lie_on_the_floor_are_found_too(robot_folders):
+    robot = load_robot(robot_folders["seven"])
+    goal = robot.home + np.array([0, 0, 0, -1.75, 0, 0.9, 0])
+    motion = smooth(robot, goal, 4.0)
+    tool = native.joint_frames(robot.native, motion.positions)[:, :, 2, 3].min()
+    flooded = replace(load_scene("free"), ground=float(tool))
+    flooded = replace(flooded, native=native_scene((), flooded.ground, flooded.margin))
+    found = verify_motion(robot, flooded, motion)
+    assert {"self-collision", "scene collision"} <= checks(found)
+    own = next(v for v in found.violations if v.check == "self-collision")
+    dry = next(
+        v for v in verify_motion(robot, load_scene("free"), motion).violations if v.check == "self-collision"
+    )
+    assert (own.where, own.time_s) == (dry.where, dry.time_s)
 
 
 def test_an_obstacle_is_found_and_named_with_the_depth():
