@@ -15,6 +15,7 @@ from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy
 from plancurate.tasks.learning.policies.policy import Policy
 from plancurate.tasks.learning.training_goals import TrainingGoals
 from plancurate.tasks.motion.predict import STAGES, PredictSettings, predict_motions
+from plancurate.tasks.motion.rollout import policy_path
 from plancurate.tasks.motion.verify import verify_motion
 
 from .motions import world
@@ -159,14 +160,8 @@ def test_targets_that_are_none_are_refused(targets):
         predict_motions(None, *world("free"), targets)
 
 
-def test_where_the_policy_came_nearest_is_where_its_motion_ends():
-    targets = drawn("free", 1)
-    policy = straight(targets)
-    beside = positions(targets) + np.array([0.02, 0, 0])
-    (prediction,) = predict_motions(
-        policy,
-        *world("free"),
-        beside,
-        PredictSettings(candidates=GenerateSettings(targets={"orientation": "exact"})),
-    )
-    assert_it_leads_there(prediction, "free")
+def test_where_the_policy_came_nearest_is_where_its_path_ends():
+    states = np.arange(5.0)[:, None] * np.ones(6)
+    found = policy_path(None, 0, states, np.array([0.5, 0.2, 0.01, 0.03, 0.01]), reach_m=0.05)
+    np.testing.assert_array_equal(found.path, states[:3])
+    assert (found.distance_m, found.reason) == (0.01, "")
