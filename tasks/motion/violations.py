@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 Check = Literal[
-    "shape", "joint order", "finite", "times", "start", "position", "velocity", "acceleration", "jerk",
+    "shape", "joint order", "finite", "times", "position", "velocity", "acceleration", "jerk",
     "self-collision", "scene collision", "clearance", "torque", "tracking", "contact", "saturation",
 ]  # fmt: skip
 
