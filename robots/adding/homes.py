@@ -1,0 +1,61 @@
+"""Choose a home: the tool in front of the arm, pointing down, with room around it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from plancurate import native
+from plancurate.robots.inverse_kinematics import draw_ik
+from plancurate.robots.robot import Robot
+from plancurate.robots.scene import Scene
+from plancurate.robots.shapes import BoolArray, FloatArray
+
+AHEAD = (0.45, 0.5, 0.4, 0.55, 0.35)  # of the reach from the shoulder's axis
+ABOVE = (0.25, 0.15, 0.35, 0.05)  # of the reach above the shoulder
+STARTS, DRAWS = 256, 20_000
+ROOM = 0.02  # of the reach that home keeps to the floor and between links
+ELBOW = 0.15  # rad from a joint's limit
+DIGITS = 4
+
+
+def choose_home(robot: Robot, floor: Scene) -> FloatArray | None:
+    """Return joint positions (n,) of a free state with the tool in front, or of the best drawn; None if none is free."""
+    for above in ABOVE:
+        for ahead in AHEAD:
+            place = robot.shoulder + robot.reach * np.array([ahead, 0.0, above])
+            found = draw_ik(
+                robot, floor, place, np.random.default_rng(0), STARTS, axes=np.tile([0.0, 0.0, -1.0], (STARTS, 1))
+            )
+            found = found[_roomy(robot, floor, found)]
+            if len(found):
+                return _calmest(robot, found)
+    return _best_drawn(robot, floor)
+
+
+def _roomy(robot: Robot, floor: Scene, states: FloatArray) -> BoolArray:
+    """Which states (b,n) keep clear of contacts and joint limits, also as they are written."""
+    rounded = np.round(states, DIGITS)
+    span = np.minimum(ELBOW, 0.1 * (robot.upper - robot.lower))
+    inside = ((rounded >= robot.lower + span) & (rounded <= robot.upper - span)).all(axis=1)
+    return np.asarray(inside & (native.clearance(robot.native, floor.native, rounded) > ROOM * robot.reach))
+
+
+def _calmest(robot: Robot, states: FloatArray) -> FloatArray:
+    """The state that turns least from the middle of its range or zero, whichever is allowed."""
+    middle = np.clip(0.0, robot.lower, robot.upper)
+    return np.asarray(np.round(states[np.abs(states - middle).max(axis=1).argmin()], DIGITS))
+
+
+def _best_drawn(robot: Robot, floor: Scene) -> FloatArray | None:
+    """Of drawn free states the one whose tool is most in front and points most downwards."""
+    states = np.random.default_rng(0).uniform(robot.lower, robot.upper, (DRAWS, robot.dof))
+    states = np.round(states, DIGITS)
+    free = _roomy(robot, floor, states)
+    states = states[free if free.any() else native.is_free(robot.native, floor.native, states)]
+    if not len(states):
+        return None
+    tool = native.fk(robot.native, states)
+    place = robot.shoulder + robot.reach * np.array([AHEAD[0], 0.0, ABOVE[0]])
+    away = np.linalg.norm(tool[:, :3, 3] - place, axis=1) / robot.reach
+    return np.asarray(states[(away + 0.2 * tool[:, 2, 2]).argmin()])
+
