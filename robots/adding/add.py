@@ -33,7 +33,7 @@ from plancurate.robots.scene_loading import load_scene
 from plancurate.robots.shapes import Shape
 from plancurate.robots.urdf import read_urdf
 
-SHAPES_A_LINK = 8
+SHAPES_A_LINK = 5
 OFTEN = 0.3  # share of drawn states in which a pair touches that is worth a word
 
 

@@ -7,31 +7,33 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from plancurate.robots.adding.surroundings import Surroundings
 from plancurate.robots.shapes import FloatArray, Shape
 
 ROUNDING = 1e-5  # m beyond the points, above what single precision and the URDF's digits lose
 LONGER_CAPSULES = (1.0, 1.03, 1.08, 1.15)  # radii tried, times the least: a wider capsule may be a shorter one
 CAPSULE_BONUS = 0.9  # capsules are checked fastest, so that one wins against a box of nearly its volume
-MOST_TURNS = 24  # of a box about its axis that are tried
+NEARLY_PARALLEL = 0.995  # cosine
+MOST_TURNS = 12  # of a box about its axis that are tried
+COMPASS = np.array([np.cos(np.arange(48) * np.pi / 24), np.sin(np.arange(48) * np.pi / 24)])
 TILTS, SPREADS = 12, (0.2, 0.08, 0.03)  # directions drawn around the best one, rad
 
 
-def enclose(points: FloatArray, refine: bool = False) -> Shape:
-    """Return the primitive of least volume, of those tried, that holds the points (n,3)."""
+def enclose(points: FloatArray, room: Surroundings, refine: bool = False) -> Shape:
+    """Return the primitive that holds the points (n,3) and, of those tried, sticks out least into `room`."""
     points = hull_points(points)
-    directions = _directions(points)
-    best = min((shape for d in directions for shape in _along(points, d)), key=cost)
+
+    def cost(shape: Shape) -> tuple[float, float]:
+        bonus = CAPSULE_BONUS if shape.kind in ("capsule", "sphere") else 1.0
+        return bonus * room.excess(room.reached(shape)), volume(shape)
+
+    best = min((shape for d in directions(points) for shape in _along(points, d)), key=cost)
     if refine:
         rng = np.random.default_rng(0)
         for spread in SPREADS:
             tilted = best.pose[:3, 2] + spread * rng.normal(size=(TILTS, 3))
             best = min([best, *(shape for d in tilted for shape in _along(points, d))], key=cost)
     return best
-
-
-def cost(shape: Shape) -> float:
-    """Volume, m3, a little less for a capsule or sphere."""
-    return volume(shape) * (CAPSULE_BONUS if shape.kind in ("capsule", "sphere") else 1.0)
 
 
 def volume(shape: Shape) -> float:
@@ -52,21 +54,26 @@ def hull_points(points: FloatArray) -> FloatArray:
         return points
 
 
-def _directions(points: FloatArray) -> FloatArray:
-    """Directions (k,3) that the shape may lie along: the frame's axes and the points' own."""
-    own = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2] if len(points) > 1 else np.eye(3)
-    return np.concatenate([np.eye(3), own])
+def directions(points: FloatArray) -> FloatArray:
+    """Unit directions (k,3): the frame's axes, and the points' own where those differ."""
+    if len(points) < 3:
+        return np.eye(3)
+    own = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
+    return np.concatenate([np.eye(3), own[np.abs(own).max(axis=1) < NEARLY_PARALLEL]])
 
 
 def _along(points: FloatArray, direction: FloatArray) -> list[Shape]:
     """A capsule (or sphere), a cylinder and a box along `direction`, which need not be a unit vector."""
     axes = _frame(direction / np.linalg.norm(direction))
     local = points @ axes  # columns: two across, one along
-    centre, radius = enclosing_circle(local[:, :2])
+    outline = _outline(local[:, :2])
+    centre = enclosing_circle(outline)[0]
+    radius = float(np.linalg.norm(local[:, :2] - centre, axis=1).max())
     low, high = local[:, 2].min(), local[:, 2].max()
     middle = axes @ np.array([*centre, (low + high) / 2])
     cylinder = Shape("cylinder", (radius, (high - low) / 2, 0.0), _pose(axes, middle))
-    return [shape.grown(ROUNDING) for shape in (_capsule(local, centre, radius, axes), cylinder, _box(local, axes))]
+    box = _box(local, outline, axes)
+    return [shape.grown(ROUNDING) for shape in (_capsule(local, centre, radius, axes), cylinder, box)]
 
 
 def _capsule(local: FloatArray, centre: FloatArray, least: float, axes: FloatArray) -> Shape:
@@ -83,30 +90,25 @@ def _capsule(local: FloatArray, centre: FloatArray, least: float, axes: FloatArr
     return min(shapes, key=volume)
 
 
-def _box(local: FloatArray, axes: FloatArray) -> Shape:
-    """The least box along the third axis: across it, its sides lie along an edge of the outline's hull."""
-    outline = local[:, :2]
-    try:
-        corners = outline[ConvexHull(outline).vertices]
-    except (QhullError, ValueError):
-        corners = outline
-    edges = np.roll(corners, -1, axis=0) - corners
-    edges = edges[np.linalg.norm(edges, axis=1) > 0]
-    angles = np.unique(np.round(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2), 6)) if len(edges) else np.zeros(1)
-    turned = _turns(angles[:: -(-len(angles) // MOST_TURNS)])  # (a,2,2), rows are the sides' directions
-    spans = corners @ turned.transpose(0, 2, 1)
-    least = np.ptp(spans, axis=1).prod(axis=1).argmin()
-    box_axes = axes.copy()
-    box_axes[:, :2] = axes[:, :2] @ turned[least].T
-    inside = local @ axes.T @ box_axes
+def _box(local: FloatArray, outline: FloatArray, axes: FloatArray) -> Shape:
+    """The least box along the third axis: across it, its sides lie along an edge of the outline (c,2)."""
+    edges = np.roll(outline, -1, axis=0) - outline
+    angles = np.unique(np.round(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2), 4))
+    angles = angles[:: -(-len(angles) // MOST_TURNS)]
+    sides = np.concatenate([(np.cos(angles), np.sin(angles)), (-np.sin(angles), np.cos(angles))], axis=1)  # (2,2a)
+    spans = np.ptp(outline @ sides, axis=0).reshape(2, -1)
+    least = angles[spans.prod(axis=0).argmin()]
+    turn = np.array([[np.cos(least), -np.sin(least), 0.0], [np.sin(least), np.cos(least), 0.0], [0.0, 0.0, 1.0]])
+    inside = local @ turn
     low, high = inside.min(axis=0), inside.max(axis=0)
-    a, b, c = (high - low) / 2
-    return Shape("box", (float(a), float(b), float(c)), _pose(box_axes, box_axes @ ((low + high) / 2)))
+    a, b, c = ((high - low) / 2).tolist()
+    return Shape("box", (a, b, c), _pose(axes @ turn, axes @ turn @ ((low + high) / 2)))
 
 
-def _turns(angles: FloatArray) -> FloatArray:
-    cos, sin = np.cos(angles), np.sin(angles)
-    return np.stack([np.stack([cos, sin], axis=1), np.stack([-sin, cos], axis=1)], axis=1)
+def _outline(points: FloatArray) -> FloatArray:
+    """The points (c,2) that are farthest in some direction, in order: nearly all corners of the convex hull."""
+    farthest = (points @ COMPASS).argmax(axis=0)
+    return np.asarray(points[farthest[farthest != np.roll(farthest, 1)]]) if np.ptp(farthest) else points[:1]
 
 
 def enclosing_circle(points: FloatArray) -> tuple[FloatArray, float]:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from plancurate import native
-from plancurate.robots.inverse_kinematics import draw_ik
+from plancurate.robots.inverse_kinematics import continue_ik
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import BoolArray, FloatArray
 
 AHEAD = (0.45, 0.5, 0.4, 0.55, 0.35)  # of the reach from the shoulder's axis
 ABOVE = (0.25, 0.15, 0.35, 0.05)  # of the reach above the shoulder
-STARTS, DRAWS = 256, 20_000
+STARTS, DRAWS = 512, 20_000
+SPREAD = 0.1  # of a joint's range, around the middle, that solutions are looked for from
 ROOM = 0.02  # of the reach that home keeps to the floor and between links
 ELBOW = 0.15  # rad from a joint's limit
 DIGITS = 4
@@ -20,12 +21,13 @@ DIGITS = 4
 
 def choose_home(robot: Robot, floor: Scene) -> FloatArray | None:
     """Return joint positions (n,) of a free state with the tool in front, or of the best drawn; None if none is free."""
+    middle, rng = _middle(robot), np.random.default_rng(0)
     for above in ABOVE:
         for ahead in AHEAD:
             place = robot.shoulder + robot.reach * np.array([ahead, 0.0, above])
-            found = draw_ik(
-                robot, floor, place, np.random.default_rng(0), STARTS, axes=np.tile([0.0, 0.0, -1.0], (STARTS, 1))
-            )
+            starts = middle + SPREAD * rng.normal(size=(STARTS, robot.dof)) * (robot.upper - robot.lower)
+            starts = np.clip(starts, robot.lower, robot.upper)
+            found = continue_ik(robot, floor, place, starts, axes=np.tile([0.0, 0.0, -1.0], (STARTS, 1)))
             found = found[_roomy(robot, floor, found)]
             if len(found):
                 return _calmest(robot, found)
@@ -40,10 +42,16 @@ def _roomy(robot: Robot, floor: Scene, states: FloatArray) -> BoolArray:
     return np.asarray(inside & (native.clearance(robot.native, floor.native, rounded) > ROOM * robot.reach))
 
 
+def _middle(robot: Robot) -> FloatArray:
+    """Zero where a joint's range holds it well inside, else the range's middle."""
+    inner = 0.2 * (robot.upper - robot.lower)
+    central = (robot.lower + inner < 0) & (robot.upper - inner > 0)
+    return np.where(central, 0.0, (robot.lower + robot.upper) / 2)
+
+
 def _calmest(robot: Robot, states: FloatArray) -> FloatArray:
-    """The state that turns least from the middle of its range or zero, whichever is allowed."""
-    middle = np.clip(0.0, robot.lower, robot.upper)
-    return np.asarray(np.round(states[np.abs(states - middle).max(axis=1).argmin()], DIGITS))
+    """The state that turns least from the middle."""
+    return np.asarray(np.round(states[np.linalg.norm(states - _middle(robot), axis=1).argmin()], DIGITS))
 
 
 def _best_drawn(robot: Robot, floor: Scene) -> FloatArray | None:

@@ -1,38 +1,40 @@
-"""Primitives for all links: coarse at first, then split where they touch in states in which the links do not."""
+"""Primitives for all links: fitted to each alone, then again where they touch in states in which the links do not."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from plancurate import native
-from plancurate.robots.adding.fitting import Cluster, best_split, fit, tightened
+from plancurate.robots.adding.fitting import fit
 from plancurate.robots.adding.model import Model
-from plancurate.robots.adding.quality import sample_surface
+from plancurate.robots.adding.quality import boundary, depth, sample_surface
 from plancurate.robots.adding.solids import Solid
+from plancurate.robots.adding.surroundings import Surroundings, surroundings
 from plancurate.robots.scene import empty_scene
 from plancurate.robots.shapes import FloatArray, Shape
 
-COARSE = 4  # most primitives of a link before it is known where they are too large
 DRAWS, LOOKED_AT = 4000, 40  # states drawn, and of those in which a pair touches, looked at
-APART = 0.02  # of a link's size that two surfaces are apart at least where a touch of their primitives is false
-EXCESS = 0.002  # share of states that a pair may touch falsely
-ROUNDS = 80
-POINTS = 3000  # of a link's surface
+APART = 0.01  # of a link's size that two surfaces are apart at least where a touch of their primitives is false
+EXCESS = 0.003  # share of states that a pair may touch falsely
+ROUNDS, MORE_SHAPES = 3, 2  # times that links are fitted again, with so many more primitives each time
+POINTS, BOUNDARY = 3000, 400  # of a link's surface and of a primitive's
+
+Shapes = dict[str, tuple[Shape, ...]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FalseTouch:
-    """Two links: the share of states that they touch in falsely, and some of those states (k,n)."""
+    """Two links: the share of states that they touch in falsely, and in some of those states, (k,4,4) each, the second's
+    pose seen from the first.
+    """
 
     links: tuple[str, str]
     share: float
-    states: FloatArray
+    poses: FloatArray
 
 
 class Surfaces:
@@ -40,84 +42,92 @@ class Surfaces:
 
     def __init__(self, model: Model, solids: Mapping[str, Solid]) -> None:
         rng = np.random.default_rng(0)
-        self.model = model
-        self.places = model.chain.placements
+        self.model, self.robot = model, model.of_shapes([])
         self.points = {
-            link: sample_surface(solid.triangles, POINTS, rng)
-            for link, solid in solids.items()
-            if len(solid.triangles)
+            link: sample_surface(solid.triangles, POINTS, rng) for link, solid in solids.items() if len(solid.triangles)
         }
         self.trees = {link: cKDTree(points) for link, points in self.points.items()}
-        self.robot = model.of_shapes([])
 
-    def apart(self, first: str, second: str, states: FloatArray) -> FloatArray:
-        """Distance (b,), m, of two links' points in states (b,n)."""
+    def relative(self, first: str, second: str, states: FloatArray) -> FloatArray:
+        """Poses (b,4,4) of the second link seen from the first in states (b,n)."""
         frames = native.joint_frames(self.robot, states)
-        return np.array([self._distance(first, second, moved) for moved in frames])
+        return np.asarray(np.linalg.inv(self._poses(first, frames)) @ self._poses(second, frames))
 
-    def _distance(self, first: str, second: str, moved: FloatArray) -> float:
-        pose = np.linalg.inv(self._pose(second, moved)) @ self._pose(first, moved)
-        points = self.points[first] @ pose[:3, :3].T + pose[:3, 3]
-        return float(self.trees[second].query(points)[0].min())
+    def _poses(self, link: str, frames: FloatArray) -> FloatArray:
+        place = self.model.chain.placements[link]
+        moved = np.eye(4)[None] if place.frame == 0 else frames[:, place.frame - 1]
+        return np.asarray(moved @ place.pose)
 
-    def _pose(self, link: str, moved: FloatArray) -> FloatArray:
-        place = self.places[link]
-        return np.asarray(place.pose if place.frame == 0 else moved[place.frame - 1] @ place.pose)
+    def apart(self, first: str, second: str, poses: FloatArray) -> FloatArray:
+        """Distance (b,), m, of two links' points."""
+        return np.array([self.trees[first].query(moved(self.points[second], pose))[0].min() for pose in poses])
 
-    def gap(self, link: str) -> float:
-        """Distance, m, between surfaces that counts as apart."""
-        return APART * float(np.linalg.norm(np.ptp(self.points[link], axis=0)))
+    def gap(self, pair: tuple[str, str]) -> float:
+        """Distance, m, between the surfaces of two links that counts as apart."""
+        return APART * min(float(np.linalg.norm(np.ptp(self.points[link], axis=0))) for link in pair)
 
 
-def refined(model: Model, solids: Mapping[str, Solid], most: int) -> dict[str, tuple[Shape, ...]]:
-    """Return at most `most` primitives for each link's triangles, beside its own primitives."""
-    clusters = {link: fit(solid.triangles, min(COARSE, most)) for link, solid in solids.items()}
+def refined(model: Model, solids: Mapping[str, Solid], most: int) -> Shapes:
+    """Return primitives for each link's triangles, at most `most` before those that false touches ask for."""
+    meshed = {link: solid.triangles for link, solid in solids.items() if len(solid.triangles)}
+    rooms = {link: surroundings(triangles) for link, triangles in meshed.items()}
+    fitted = {link: fit(triangles, most, rooms[link]) for link, triangles in meshed.items()}
     surfaces, states = Surfaces(model, solids), model.draw(DRAWS, seed=2)
-    stuck: set[tuple[str, str]] = set()
-    touches: dict[tuple[str, str], FalseTouch] = {}
-    changed = set(clusters)
-    for _ in range(ROUNDS):
-        posed = model.with_shapes({link: [c.shape for c in parts] for link, parts in clusters.items()})
-        for pair in posed.unrelated_pairs():
-            if changed & set(pair):
-                touches[pair] = false_touch(posed, surfaces, pair, states)
-        worst = max((t for t in touches.values() if t.links not in stuck), key=lambda t: t.share, default=None)
-        if worst is None or worst.share < EXCESS:
+    touches = false_touches(model, fitted, surfaces, states)
+    for number in range(1, ROUNDS + 1):
+        asked = _narrowed(rooms, fitted, touches)
+        if not asked:
             break
-        link = _split_worst(posed, clusters, worst, most)
-        changed = {link} if link else set()
-        if link is None:
-            stuck.add(worst.links)
+        again = {link: fit(meshed[link], most + number * MORE_SHAPES, room) for link, room in asked.items()}
+        tried = fitted | again
+        found = false_touches(model, tried, surfaces, states)
+        if sum(touch.share for touch in found) < sum(touch.share for touch in touches):
+            fitted, touches = tried, found
+        rooms |= asked
+    return {link: (*solid.shapes, *fitted.get(link, ())) for link, solid in solids.items()}
+
+
+def false_touches(model: Model, fitted: Shapes, surfaces: Surfaces, states: FloatArray) -> list[FalseTouch]:
+    """Pairs of links whose primitives touch in too many of the states (b,n) in which their surfaces are apart."""
+    posed = model.with_shapes({link: fitted.get(link, ()) for link in model.chain.placements})
+    found = [_false_touch(posed, surfaces, pair, states) for pair in posed.unrelated_pairs()]
+    return [touch for touch in found if touch.share > EXCESS]
+
+
+def _false_touch(model: Model, surfaces: Surfaces, pair: tuple[str, str], states: FloatArray) -> FalseTouch:
+    touching = ~native.is_free(model.of_links(*pair), empty_scene().native, states)
+    poses = surfaces.relative(*pair, states[touching][:LOOKED_AT])
+    false = surfaces.apart(*pair, poses) > surfaces.gap(pair)
+    share = touching.mean() * false.mean() if len(false) else 0.0
+    return FalseTouch(pair, float(share), poses[false])
+
+
+def _narrowed(
+    rooms: Mapping[str, Surroundings], fitted: Shapes, touches: list[FalseTouch]
+) -> dict[str, Surroundings]:
+    """The surroundings of the links that touch falsely, with points of what they touch."""
+    extra: dict[str, list[FloatArray]] = {}
+    for touch in touches:
+        first, second = touch.links
+        extra.setdefault(first, []).append(_intruding(fitted[second], fitted[first], touch.poses))
+        back = np.linalg.inv(touch.poses) if len(touch.poses) else touch.poses
+        extra.setdefault(second, []).append(_intruding(fitted[first], fitted[second], back))
     return {
-        link: (*solid.shapes, *(tightened(cluster) for cluster in clusters[link])) for link, solid in solids.items()
+        link: rooms[link].with_points(np.concatenate(points), rooms[link].union(fitted[link]))
+        for link, points in extra.items()
+        if sum(len(found) for found in points)
     }
 
 
-def false_touch(model: Model, surfaces: Surfaces, pair: tuple[str, str], states: FloatArray) -> FalseTouch:
-    """In how many states a pair's primitives touch while their surfaces are apart."""
-    touching = ~native.is_free(model.of_links(*pair), empty_scene().native, states)
-    some = states[touching][:LOOKED_AT]
-    if not len(some):
-        return FalseTouch(pair, 0.0, some)
-    false = surfaces.apart(*pair, some) > min(surfaces.gap(link) for link in pair)
-    return FalseTouch(pair, float(touching.mean() * false.mean()), some[false])
+def _intruding(others: tuple[Shape, ...], own: tuple[Shape, ...], poses: FloatArray) -> FloatArray:
+    """Points (p,3) of the boundaries of primitives, at the poses (k,4,4), that lie in some of one's own."""
+    rng = np.random.default_rng(0)
+    points = np.concatenate([boundary(shape, rng, BOUNDARY) for shape in others])
+    seen = np.concatenate([np.empty((0, 3)), *(moved(points, pose) for pose in poses)])
+    inside = np.any([depth(shape, seen) > 0 for shape in own], axis=0)
+    return np.asarray(seen[inside])
 
 
-def _split_worst(model: Model, clusters: dict[str, list[Cluster]], touch: FalseTouch, most: int) -> str | None:
-    """Split, in place, the cluster that causes most of a pair's false touches; return its link, None if none can be."""
-    first, second = (model.indices(link) for link in touch.links)
-    votes: Counter[tuple[int, int]] = Counter()
-    for row in product(first, second):
-        hits = ~native.is_free(model.of_shapes([row]), empty_scene().native, touch.states)
-        votes[row] = int(hits.sum())
-    choices = [
-        (link, index - own[0])
-        for row, _ in votes.most_common(1)
-        for link, own, index in zip(touch.links, (first, second), row, strict=True)
-        if len(own) < most
-    ]
-    for link, place in sorted(choices, key=lambda choice: -clusters[choice[0]][choice[1]].slack):
-        if halves := best_split(clusters[link][place]):
-            clusters[link][place : place + 1] = halves
-            return link
-    return None
+def moved(points: FloatArray, pose: FloatArray) -> FloatArray:
+    """Points (n,3) brought to a pose (4,4)."""
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
