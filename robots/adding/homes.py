@@ -39,7 +39,11 @@ def _roomy(robot: Robot, floor: Scene, states: FloatArray) -> BoolArray:
     rounded = np.round(states, DIGITS)
     span = np.minimum(ELBOW, 0.1 * (robot.upper - robot.lower))
     inside = ((rounded >= robot.lower + span) & (rounded <= robot.upper - span)).all(axis=1)
-    return np.asarray(inside & (native.clearance(robot.native, floor.native, rounded) > ROOM * robot.reach))
+    return np.asarray(
+        inside
+        & native.is_free(robot.native, floor.native, rounded)
+        & (native.clearance(robot.native_without_pairs, floor.native, rounded) > ROOM * robot.reach)
+    )
 
 
 def _middle(robot: Robot) -> FloatArray:
