@@ -10,8 +10,8 @@ from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import BoolArray, FloatArray
 
-AHEAD = (0.45, 0.5, 0.4, 0.55, 0.35)  # of the reach from the shoulder's axis
-ABOVE = (0.25, 0.15, 0.35, 0.05)  # of the reach above the shoulder
+AHEAD = (0.43, 0.5, 0.36, 0.57)  # of the reach from the shoulder's axis
+ABOVE = (0.42, 0.35, 0.27, 0.18, 0.05)  # of the reach above the shoulder
 STARTS, DRAWS = 512, 20_000
 SPREAD = 0.1  # of a joint's range, around the middle, that solutions are looked for from
 ROOM = 0.02  # of the reach that home keeps to the floor and between links
