@@ -27,7 +27,9 @@ from plancurate.robots.scene import empty_scene
 
 def main() -> None:
     """Read the command line, measure, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("robot")
     parser.add_argument("--urdf", type=Path, required=True)
     parser.add_argument("--package-path", type=Path, nargs="*", default=[])
@@ -42,7 +44,9 @@ def main() -> None:
     missed, lost = free & found, ~free & ~found
     print(f"{robot.name}: {given.states} states, {time.perf_counter() - began:.0f} s of Coal")
     print(f"collide for the meshes: {found.mean():.2%}; free for them: {(~found).sum()}")
-    print(f"free for the primitives, colliding for the meshes: {missed.sum()} {[pairs[i] for i in np.flatnonzero(missed)[:9]]}")
+    print(
+        f"free for the primitives, colliding for the meshes: {missed.sum()} {[pairs[i] for i in np.flatnonzero(missed)[:9]]}"
+    )
     print(f"free for the meshes and lost: {lost.sum()} ({lost.sum() / max((~found).sum(), 1):.2%})")
 
 

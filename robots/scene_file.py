@@ -143,7 +143,9 @@ class SceneFile(BaseModel):
     @model_validator(mode="after")
     def _one_scale(self) -> Self:
         if self.scale == "reach" and self.sized_for is not None:
-            raise ValueError("sized_for says what metres are meant for; scale: reach has none, leave one of them out")
+            raise ValueError(
+                "sized_for says what metres are meant for; scale: reach has none, leave one of them out"
+            )
         return self
 
     @model_validator(mode="after")

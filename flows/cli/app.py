@@ -39,7 +39,10 @@ COMMANDS = {
 
 # Commands with commands of their own, named above without a module.
 FAMILIES = {
-    "robots": ("List robots and scenes, add a robot from a URDF, check one.", ["robots:list", "robots:add", "robots:check"]),
+    "robots": (
+        "List robots and scenes, add a robot from a URDF, check one.",
+        ["robots:list", "robots:add", "robots:check"],
+    ),
     "scenes": ("Look into scenes before a study: scenes check NAME.", ["scenes:check"]),
 }
 

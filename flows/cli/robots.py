@@ -63,7 +63,10 @@ def add(
     for note in made.notes:
         output.print(f"- {note}", markup=False, highlight=False)
     show_quality(made.quality)
-    output.print(f"{made.folder}: {made.robot.dof} joints, {made.robot.reach:g} m of reach; fit.png shows the fit", markup=False)
+    output.print(
+        f"{made.folder}: {made.robot.dof} joints, {made.robot.reach:g} m of reach; fit.png shows the fit",
+        markup=False,
+    )
 
 
 def check(name: str, /, *, urdf: Path | None = None, package_path: tuple[Path, ...] = ()) -> None:
@@ -80,7 +83,10 @@ def check(name: str, /, *, urdf: Path | None = None, package_path: tuple[Path, .
     for note in found.notes:
         output.print(f"- {note}", markup=False, highlight=False)
     show_quality(found.quality)
-    output.print(f"{found.robot.name}: {found.robot.dof} joints, {found.robot.reach:g} m of reach: nothing is wrong", markup=False)
+    output.print(
+        f"{found.robot.name}: {found.robot.dof} joints, {found.robot.reach:g} m of reach: nothing is wrong",
+        markup=False,
+    )
 
 
 def _held(word: str) -> tuple[str, float]:
@@ -88,7 +94,9 @@ def _held(word: str) -> tuple[str, float]:
     try:
         return name, float(value)
     except ValueError:
-        raise PlancurateError(f"--joint {word}: NAME=VALUE would be right, such as finger_joint=0.04") from None
+        raise PlancurateError(
+            f"--joint {word}: NAME=VALUE would be right, such as finger_joint=0.04"
+        ) from None
 
 
 def show_quality(quality: Sequence[FitQuality]) -> None:

@@ -134,7 +134,9 @@ def _require_name(request: Request, findings: Findings) -> None:
     if not NAME.fullmatch(request.name):
         findings.problems.append(f"--name {request.name}: may hold letters, digits, '_', '.' and '-' only")
     elif request.name in robot_names():
-        findings.problems.append(f"--name {request.name}: a robot of that name comes with plancurate; choose another")
+        findings.problems.append(
+            f"--name {request.name}: a robot of that name comes with plancurate; choose another"
+        )
     elif folder.exists():
         findings.problems.append(f"--name {request.name}: {folder} exists; choose another name, or remove it")
 
@@ -147,14 +149,17 @@ def _require_home(home: Sequence[float], limits: Sequence[MovingJoint], findings
     for value, joint in zip(home, limits, strict=False):
         low, high = joint.position
         if not low <= value <= high:
-            findings.problems.append(f"--home: {joint.source.name}={value:g} must lie within [{low:g}, {high:g}]")
+            findings.problems.append(
+                f"--home: {joint.source.name}={value:g} must lie within [{low:g}, {high:g}]"
+            )
 
 
-def _inertials(
-    read: Read, shapes: Mapping[str, Sequence[Shape]], findings: Findings
-) -> dict[str, Inertial]:
+def _inertials(read: Read, shapes: Mapping[str, Sequence[Shape]], findings: Findings) -> dict[str, Inertial]:
     """Inertials by link; a joint that moves nothing with a mass gets one for the link below it."""
-    found = {link: read_inertial(link, element, shapes[link], findings) for link, element in read.source.links.items()}
+    found = {
+        link: read_inertial(link, element, shapes[link], findings)
+        for link, element in read.source.links.items()
+    }
     inertials = {link: inertial for link, inertial in found.items() if inertial is not None}
     for joint in read.folded.moving:
         rigid = _rigid_with(read, joint.child)
@@ -168,19 +173,21 @@ def _rigid_with(read: Read, link: str) -> list[str]:
     """The link and all below it that moves with it."""
     moving, links = {joint.name for joint in read.folded.moving}, [link]
     for found in links:  # grows while it is gone through
-        links += [
-            j.child for j in read.source.joints.values() if j.parent == found and j.name not in moving
-        ]
+        links += [j.child for j in read.source.joints.values() if j.parent == found and j.name not in moving]
     return links
 
 
 def _bare_model(read: Read) -> Model:
     """The robot without shapes."""
-    none: dict[str, tuple[Shape, ...]] = {link: () for link in read.source.links}
-    weights = {link: guessed_inertial(link, (), Findings()) for link in read.source.links}  # a chain needs some
+    none: dict[str, tuple[Shape, ...]] = dict.fromkeys(read.source.links, ())
+    weights = {
+        link: guessed_inertial(link, (), Findings()) for link in read.source.links
+    }  # a chain needs some
     with tempfile.TemporaryDirectory() as work:
         file = Path(work) / "robot.urdf"
-        file.write_text(urdf_text("bare", read.source, read.folded, read.limits, none, weights), encoding="utf-8")
+        file.write_text(
+            urdf_text("bare", read.source, read.folded, read.limits, none, weights), encoding="utf-8"
+        )
         chain = serial_chain(read_urdf(file))
     lower, upper = np.array([joint.position for joint in read.limits]).T
     return Model(chain, (), lower, upper)
@@ -194,7 +201,9 @@ def _content(
     content = RobotFile(
         urdf="robot.urdf",
         tool_link=request.tool,
-        joints={joint.source.name: _entry(joint, home) for joint, home in zip(read.limits, middles, strict=True)},
+        joints={
+            joint.source.name: _entry(joint, home) for joint, home in zip(read.limits, middles, strict=True)
+        },
     )
     file = folder / "robot.yaml"
     reach = build_robot(file, content, b"").reach
@@ -203,12 +212,16 @@ def _content(
     content = content.model_copy(update={"allowed_contacts": allowed, "scene_unchecked_links": standing})
     robot = build_robot(file, content, b"")
     home = _home(request, read, robot, findings)
-    entries = {joint.source.name: _entry(joint, value) for joint, value in zip(read.limits, home, strict=True)}
+    entries = {
+        joint.source.name: _entry(joint, value) for joint, value in zip(read.limits, home, strict=True)
+    }
     return content.model_copy(update={"joints": entries})
 
 
 def _entry(joint: MovingJoint, home: float) -> JointEntry:
-    return JointEntry(position=joint.position, velocity=joint.plan_velocity, acceleration=joint.acceleration, home=home)
+    return JointEntry(
+        position=joint.position, velocity=joint.plan_velocity, acceleration=joint.acceleration, home=home
+    )
 
 
 def _allowed(
@@ -243,6 +256,8 @@ def _home(request: Request, read: Read, robot: Robot, findings: Findings) -> Seq
         return stated
     found = choose_home(robot, load_scene("free"))
     if found is None:
-        findings.problems.append("no state without contacts was found; name one with --home, or shapes are too coarse: --shapes")
+        findings.problems.append(
+            "no state without contacts was found; name one with --home, or shapes are too coarse: --shapes"
+        )
         return list(robot.home)
     return [float(value) for value in found]

@@ -59,7 +59,9 @@ def _fit(robot: Robot, urdf: Path, packages: Sequence[Path]) -> tuple[FitQuality
     own = read_urdf(robot.urdf).links
     for link, solid in solids.items():
         if len(solid.triangles) and (link not in own or not own[link].shapes):
-            findings.problems.append(f"link '{link}' has a mesh in {urdf.name} and no shape in the robot; add it again")
+            findings.problems.append(
+                f"link '{link}' has a mesh in {urdf.name} and no shape in the robot; add it again"
+            )
     findings.stop_at_problems(robot.urdf)
     quality = tuple(
         fit_quality(link, solid.triangles, own[link].shapes)

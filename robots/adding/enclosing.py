@@ -11,7 +11,12 @@ from plancurate.robots.adding.surroundings import Surroundings
 from plancurate.robots.shapes import FloatArray, Shape
 
 ROUNDING = 1e-5  # m beyond the points, above what single precision and the URDF's digits lose
-LONGER_CAPSULES = (1.0, 1.03, 1.08, 1.15)  # radii tried, times the least: a wider capsule may be a shorter one
+LONGER_CAPSULES = (
+    1.0,
+    1.03,
+    1.08,
+    1.15,
+)  # radii tried, times the least: a wider capsule may be a shorter one
 CAPSULE_BONUS = 0.9  # capsules are checked fastest, so that one wins against a box of nearly its volume
 NEARLY_PARALLEL = 0.995  # cosine
 MOST_TURNS = 12  # of a box about its axis that are tried
@@ -95,10 +100,14 @@ def _box(local: FloatArray, outline: FloatArray, axes: FloatArray) -> Shape:
     edges = np.roll(outline, -1, axis=0) - outline
     angles = np.unique(np.round(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2), 4))
     angles = angles[:: -(-len(angles) // MOST_TURNS)]
-    sides = np.concatenate([(np.cos(angles), np.sin(angles)), (-np.sin(angles), np.cos(angles))], axis=1)  # (2,2a)
+    sides = np.concatenate(
+        [(np.cos(angles), np.sin(angles)), (-np.sin(angles), np.cos(angles))], axis=1
+    )  # (2,2a)
     spans = np.ptp(outline @ sides, axis=0).reshape(2, -1)
     least = angles[spans.prod(axis=0).argmin()]
-    turn = np.array([[np.cos(least), -np.sin(least), 0.0], [np.sin(least), np.cos(least), 0.0], [0.0, 0.0, 1.0]])
+    turn = np.array(
+        [[np.cos(least), -np.sin(least), 0.0], [np.sin(least), np.cos(least), 0.0], [0.0, 0.0, 1.0]]
+    )
     inside = local @ turn
     low, high = inside.min(axis=0), inside.max(axis=0)
     a, b, c = ((high - low) / 2).tolist()

@@ -64,7 +64,11 @@ def _excess(clusters: Sequence[Cluster], room: Surroundings) -> float:
 
 def best_split(cluster: Cluster, others: Sequence[Cluster], room: Surroundings) -> list[Cluster]:
     """The two parts of a cluster, cut by a plane, that stick out least beside the others; [] where no plane cuts it."""
-    taken = np.any([other.reached for other in others], axis=0) if others else np.zeros(len(room.points), dtype=bool)
+    taken = (
+        np.any([other.reached for other in others], axis=0)
+        if others
+        else np.zeros(len(room.points), dtype=bool)
+    )
     best: tuple[float, FloatArray, float] = (np.inf, np.zeros(3), 0.0)
     corners = cluster.triangles.reshape(-1, 3)
     for normal in directions(hull_points(corners)):
@@ -77,4 +81,3 @@ def best_split(cluster: Cluster, others: Sequence[Cluster], room: Surroundings) 
     if best[0] == np.inf:
         return []
     return [_cluster(clip(cluster.triangles, sign * best[1], sign * best[2]), room) for sign in (1, -1)]
-

@@ -45,13 +45,17 @@ def fold(source: Source, tool: str, stated: Mapping[str, float], findings: Findi
     path = _path(source, tool)
     moving = tuple(j for j in path if j.moves and j.name not in stated and j.mimic is None)
     if not moving:
-        findings.problems.append(f"--tool: nothing moves between '{source.root}' and '{tool}'; name a link beyond the joints")
+        findings.problems.append(
+            f"--tool: nothing moves between '{source.root}' and '{tool}'; name a link beyond the joints"
+        )
     _note_free_bases(path, findings)
     chain = {joint.name for joint in moving}
     held: dict[str, float] = {}
     for joint in source.joints.values():
         if joint.moves and joint.name not in chain:
-            held[joint.name] = findings.attempt(lambda joint=joint: _position(source, joint, chain, stated, ()), 0.0)  # type: ignore[misc]
+            held[joint.name] = findings.attempt(
+                lambda joint=joint: _position(source, joint, chain, stated, ()), 0.0
+            )  # type: ignore[misc]
             if joint.name not in stated:
                 told = f"; --joint {joint.name}=VALUE holds it elsewhere"
                 findings.notes.append(f"joint '{joint.name}' is held at {held[joint.name]:g}{told}")
@@ -72,7 +76,9 @@ def _path(source: Source, tool: str) -> list[SourceJoint]:
 def _note_free_bases(path: list[SourceJoint], findings: Findings) -> None:
     for joint in path:
         if not joint.moves and joint.type != "fixed":
-            findings.notes.append(f"joint '{joint.name}' is {joint.type}; it is held at zero, the base stands still")
+            findings.notes.append(
+                f"joint '{joint.name}' is {joint.type}; it is held at zero, the base stands still"
+            )
 
 
 def _position(
@@ -98,4 +104,7 @@ def _position(
             f"joint '{joint.name}': mimics '{followed.name}', which moves the tool; a coupled motion is not "
             f"supported: hold it with --joint {joint.name}=0, or {followed.name}"
         )
-    return joint.mimic.multiplier * _position(source, followed, chain, stated, (*seen, joint.name)) + joint.mimic.offset
+    return (
+        joint.mimic.multiplier * _position(source, followed, chain, stated, (*seen, joint.name))
+        + joint.mimic.offset
+    )

@@ -70,4 +70,3 @@ def _best_drawn(robot: Robot, floor: Scene) -> FloatArray | None:
     place = robot.shoulder + robot.reach * np.array([AHEAD[0], 0.0, ABOVE[0]])
     away = np.linalg.norm(tool[:, :3, 3] - place, axis=1) / robot.reach
     return np.asarray(states[(away + 0.2 * tool[:, 2, 2]).argmin()])
-

@@ -38,7 +38,11 @@ def read_inertial(
     if element is None:
         return None
     mass_element, inertia_element = element.find("mass"), element.find("inertia")
-    mass = 0.0 if mass_element is None else findings.attempt(lambda: numbers(where, mass_element, "value", 1)[0], 0.0)
+    mass = (
+        0.0
+        if mass_element is None
+        else findings.attempt(lambda: numbers(where, mass_element, "value", 1)[0], 0.0)
+    )
     if mass <= 0.0:
         return None
     pose = findings.attempt(lambda: origin_of(where, element), np.eye(4))
@@ -54,7 +58,9 @@ def read_inertial(
 def guessed_inertial(name: str, shapes: Sequence[Shape], findings: Findings) -> Inertial:
     """For a link that moves and has no mass: that of water in its shapes."""
     mass = max(DENSITY * sum(volume(shape) for shape in shapes), LEAST_MASS)
-    findings.notes.append(f"link '{name}' has no mass and physics needs one; {mass:.3g} kg is taken, its shapes' in water")
+    findings.notes.append(
+        f"link '{name}' has no mass and physics needs one; {mass:.3g} kg is taken, its shapes' in water"
+    )
     low, high = _extent(shapes)
     pose = np.eye(4)
     pose[:3, 3] = (low + high) / 2

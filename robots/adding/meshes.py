@@ -59,10 +59,12 @@ def _read(where: str, file: Path) -> FloatArray:
     try:
         loaded = trimesh.load_scene(file, process=False, skip_materials=True)
         triangles = np.asarray(loaded.to_mesh().triangles, dtype=np.float64)
-    except Exception as error:  # noqa: BLE001  (a reader's own errors are of many kinds)
+    except Exception as error:
         raise PlancurateError(f"{where}: mesh {file}: can't be read ({error}); export it again") from None
     if not len(triangles) or not np.isfinite(triangles).all():
-        raise PlancurateError(f"{where}: mesh {file}: holds no triangles, or numbers that are not finite; export it again")
+        raise PlancurateError(
+            f"{where}: mesh {file}: holds no triangles, or numbers that are not finite; export it again"
+        )
     return triangles * (_dae_unit(file) if file.suffix.lower() == ".dae" else 1.0)
 
 

@@ -59,7 +59,11 @@ def _range(joint: SourceJoint, findings: Findings) -> tuple[float, float]:
     lower, upper = joint.limit.get("lower", 0.0), joint.limit.get("upper", 0.0)
     if lower < upper:
         return lower, upper
-    remedy = "type continuous, if it turns without end" if joint.type in TURNING else f"--joint {joint.name}={lower:g}, to hold it"
+    remedy = (
+        "type continuous, if it turns without end"
+        if joint.type in TURNING
+        else f"--joint {joint.name}={lower:g}, to hold it"
+    )
     findings.problems.append(
         f"joint '{joint.name}': its limit lower={lower:g} must be below upper={upper:g}; write its range, or {remedy}"
     )
@@ -84,6 +88,8 @@ def _position(joint: SourceJoint, lower: float, upper: float, findings: Findings
     low, high = joint.limit.get("soft_lower_limit", lower), joint.limit.get("soft_upper_limit", upper)
     low, high = (max(low, lower), min(high, upper)) if low < high else (lower, upper)
     if math.isinf(low) or math.isinf(high):
-        findings.notes.append(f"joint '{joint.name}' turns without end; plans use {WHOLE_TURN} rad either way")
+        findings.notes.append(
+            f"joint '{joint.name}' turns without end; plans use {WHOLE_TURN} rad either way"
+        )
         return -WHOLE_TURN, WHOLE_TURN
     return low, high

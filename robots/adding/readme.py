@@ -50,5 +50,6 @@ def shapes_of(fit: FitQuality) -> str:
     """How many shapes of which kind, for a person."""
     plural = {"box": "boxes", "sphere": "spheres", "cylinder": "cylinders", "capsule": "capsules"}
     return ", ".join(
-        f"{count} {kind if count == 1 else plural[kind]}" for kind, count in sorted(Counter(fit.kinds).items())
+        f"{count} {kind if count == 1 else plural[kind]}"
+        for kind, count in sorted(Counter(fit.kinds).items())
     )

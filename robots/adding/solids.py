@@ -35,7 +35,9 @@ def read_solids(source: Source, packages: Sequence[Path], findings: Findings) ->
             findings.notes.append(f"link '{name}' has no <collision>; its <visual> stands for it")
         solids[name] = _solid(f"link '{name}'", parts, source.file, packages, findings)
     if not any(solid.shapes or len(solid.triangles) for solid in solids.values()) and not findings.problems:
-        findings.problems.append("no link has a <collision> or <visual>; without shapes nothing can be checked")
+        findings.problems.append(
+            "no link has a <collision> or <visual>; without shapes nothing can be checked"
+        )
     return solids
 
 

@@ -75,7 +75,11 @@ def read_source(file: Path, findings: Findings) -> Source:
     try:
         root = ET.parse(file).getroot()
     except (OSError, ET.ParseError) as error:
-        hint = "; a .xacro file must be expanded first: xacro FILE > robot.urdf" if file.suffix == ".xacro" else ""
+        hint = (
+            "; a .xacro file must be expanded first: xacro FILE > robot.urdf"
+            if file.suffix == ".xacro"
+            else ""
+        )
         raise PlancurateError(f"{file}: not a readable URDF: {error}{hint}") from None
     if root.tag != "robot":
         raise PlancurateError(f"{file}: the root element is <{root.tag}>; a URDF starts with <robot>")
@@ -158,4 +162,6 @@ def _require_tree(source: Source) -> None:
     roots = [link for link in source.links if link not in above]
     if len(roots) != 1:
         found = ", ".join(roots) or "none"
-        raise PlancurateError(f"{source.file}: exactly one link must have no parent (the base); found {found}")
+        raise PlancurateError(
+            f"{source.file}: exactly one link must have no parent (the base); found {found}"
+        )

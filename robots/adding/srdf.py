@@ -47,7 +47,9 @@ def read_srdf(file: Path | None, links: Iterable[str], findings: Findings) -> Sr
             if link not in known:
                 findings.problems.append(f"--srdf {file}: {UnknownNameError('link', link, known)}")
         pairs.append(pair)
-    poses = tuple((state.get("name", ""), _pose(file, state, findings)) for state in root.findall("group_state"))
+    poses = tuple(
+        (state.get("name", ""), _pose(file, state, findings)) for state in root.findall("group_state")
+    )
     return Srdf(tuple(pairs), poses)
 
 

@@ -101,10 +101,14 @@ def yaml_text(content: RobotFile, title: str) -> str:
         low, high = entry.position or (0.0, 0.0)
         lines.append(
             f"  {name}: {{ position: [{low:.12g}, {high:.12g}], velocity: {entry.velocity:.12g},"
-            f" acceleration: {entry.acceleration:.12g}, home: {entry.home:.12g} }}"
+            f" acceleration: {entry.acceleration:.12g}, home: {entry.home + 0.0:.12g} }}"
         )
     if content.allowed_contacts:
-        lines += ["", "allowed_contacts:", *(f"  - [{first}, {second}]" for first, second in content.allowed_contacts)]
+        lines += [
+            "",
+            "allowed_contacts:",
+            *(f"  - [{first}, {second}]" for first, second in content.allowed_contacts),
+        ]
     if content.scene_unchecked_links:
         lines += ["", f"scene_unchecked_links: [{', '.join(content.scene_unchecked_links)}]"]
     return "\n".join(lines) + "\n"
