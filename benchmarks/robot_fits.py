@@ -44,9 +44,8 @@ def main() -> None:
     missed, lost = free & found, ~free & ~found
     print(f"{robot.name}: {given.states} states, {time.perf_counter() - began:.0f} s of Coal")
     print(f"collide for the meshes: {found.mean():.2%}; free for them: {(~found).sum()}")
-    print(
-        f"free for the primitives, colliding for the meshes: {missed.sum()} {[pairs[i] for i in np.flatnonzero(missed)[:9]]}"
-    )
+    some = [pairs[index] for index in np.flatnonzero(missed)[:9]]
+    print(f"free for the primitives, colliding for the meshes: {missed.sum()} {some}")
     print(f"free for the meshes and lost: {lost.sum()} ({lost.sum() / max((~found).sum(), 1):.2%})")
 
 

@@ -46,7 +46,7 @@ def _contact_notes(robot: Robot) -> list[str]:
         unchecked = frozenset(contact.links) in robot.allowed_contacts
         if unchecked and 0.0 < contact.touching < 1.0:
             notes.append(
-                f"'{first}' and '{second}' are not checked, and their shapes touch in {contact.touching:.1%} of drawn states"
+                f"'{first}' and '{second}' are not checked, though they touch in {contact.touching:.1%} of states"
             )
         elif not unchecked and contact.touching > OFTEN:
             notes.append(f"'{first}' and '{second}' touch in {contact.touching:.0%} of drawn states")

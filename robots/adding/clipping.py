@@ -24,7 +24,7 @@ def _crossings(triangles: FloatArray, height: FloatArray) -> FloatArray:
 
 
 def clip(triangles: FloatArray, normal: FloatArray, offset: float) -> FloatArray:
-    """The triangles (n,3,3) that cover the part of the surface where points' product with `normal` is above `offset`."""
+    """Triangles (n,3,3) that cover what of the surface has a product with `normal` above `offset`."""
     height = triangles @ normal - offset
     above = (height >= 0).sum(axis=1)
     parts = [triangles[above == 3]]

@@ -1,4 +1,4 @@
-"""What is found while a robot is read: problems that stop it, all of them told at once, and notes on what was decided."""
+"""What is found while a robot is read: problems that stop it, all told at once, and notes on what was decided."""
 
 from __future__ import annotations
 

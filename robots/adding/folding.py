@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -53,9 +54,8 @@ def fold(source: Source, tool: str, stated: Mapping[str, float], findings: Findi
     held: dict[str, float] = {}
     for joint in source.joints.values():
         if joint.moves and joint.name not in chain:
-            held[joint.name] = findings.attempt(
-                lambda joint=joint: _position(source, joint, chain, stated, ()), 0.0
-            )  # type: ignore[misc]
+            read = partial(_position, source, joint, chain, stated, ())
+            held[joint.name] = findings.attempt(read, 0.0)
             if joint.name not in stated:
                 told = f"; --joint {joint.name}=VALUE holds it elsewhere"
                 findings.notes.append(f"joint '{joint.name}' is held at {held[joint.name]:g}{told}")

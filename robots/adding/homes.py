@@ -20,7 +20,7 @@ DIGITS = 4
 
 
 def choose_home(robot: Robot, floor: Scene) -> FloatArray | None:
-    """Return joint positions (n,) of a free state with the tool in front, or of the best drawn; None if none is free."""
+    """Return a free state (n,) with the tool in front, or the best of those drawn; None if none is free."""
     middle, rng = _middle(robot), np.random.default_rng(0)
     for above in ABOVE:
         for ahead in AHEAD:

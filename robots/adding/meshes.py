@@ -23,7 +23,7 @@ def mesh_triangles(where: str, mesh: ET.Element, urdf: Path, packages: Sequence[
     file = find_mesh(where, name, urdf, packages)
     if file.suffix.lower() not in FORMATS:
         raise PlancurateError(f"{where}: mesh {file}: must be one of {', '.join(FORMATS)}; convert it")
-    return _read(where, file) * scale
+    return np.asarray(_read(where, file) * scale)
 
 
 def find_mesh(where: str, name: str, urdf: Path, packages: Sequence[Path]) -> Path:

@@ -71,7 +71,7 @@ def _thinned(triangles: FloatArray) -> FloatArray:
         return triangles
     sides = triangles[:, 1:] - triangles[:, :1]
     areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    return triangles[areas.argsort()[-MOST_TRIANGLES:]]
+    return np.asarray(triangles[areas.argsort()[-MOST_TRIANGLES:]])
 
 
 def _draw(axes: Axes3D, parts: list[FloatArray], colour: str, alpha: float) -> None:

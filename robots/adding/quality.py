@@ -15,7 +15,7 @@ SAMPLES = 20_000  # points of a surface
 
 @dataclass(frozen=True)
 class FitQuality:
-    """Of one link: share of its surface inside the primitives; how far they stick out of it in the mean and at most, m."""
+    """Share of a link's surface inside its primitives; how far they stick out in the mean and at most, m."""
 
     link: str
     kinds: tuple[str, ...]
@@ -52,7 +52,9 @@ def depth(shape: Shape, points: FloatArray) -> FloatArray:
     if shape.kind == "box":
         return np.asarray((np.array(shape.size) - np.abs(local)).min(axis=1))
     if shape.kind == "cylinder":
-        return np.minimum(radius - np.linalg.norm(local[:, :2], axis=1), half - np.abs(local[:, 2]))
+        return np.asarray(
+            np.minimum(radius - np.linalg.norm(local[:, :2], axis=1), half - np.abs(local[:, 2]))
+        )
     length = half if shape.kind == "capsule" else 0.0
     along = np.clip(local[:, 2], -length, length)
     return np.asarray(radius - np.linalg.norm(local - along[:, None] * [0.0, 0.0, 1.0], axis=1))

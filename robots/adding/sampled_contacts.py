@@ -18,7 +18,7 @@ LEAST_CLEARANCE = 0.01  # share of the arm's length that a pair which never meet
 
 @dataclass(frozen=True)
 class PairContact:
-    """Two links: share of drawn states in which their shapes touch; the least clearance found where they never do, m."""
+    """Two links: share of drawn states in which they touch; the least clearance found where they never do, m."""
 
     links: tuple[str, str]
     touching: float

@@ -19,6 +19,7 @@ TURNING = ("revolute", "continuous")
 MOVING = (*TURNING, "prismatic")
 KNOWN = (*MOVING, "fixed", "floating", "planar")
 LIMITS = ("lower", "upper", "velocity", "effort")
+NO_LIMITS: dict[str, float] = {}
 SOFT = ("soft_lower_limit", "soft_upper_limit")
 
 
@@ -109,9 +110,14 @@ def _joint(element: ET.Element, findings: Findings) -> SourceJoint:
         child=_end(element, "child"),
         origin=findings.attempt(lambda: origin_of(where, element), np.eye(4)),
         axis=findings.attempt(lambda: _axis(where, element), np.array([1.0, 0.0, 0.0])),
-        limit=findings.attempt(lambda: _numbers(where, element.find("limit"), LIMITS), {})
-        | findings.attempt(lambda: _numbers(where, element.find("safety_controller"), SOFT), {}),
+        limit=findings.attempt(lambda: _limits(where, element), NO_LIMITS),
         mimic=findings.attempt(lambda: _mimic(where, element.find("mimic")), None),
+    )
+
+
+def _limits(where: str, element: ET.Element) -> dict[str, float]:
+    return _numbers(where, element.find("limit"), LIMITS) | _numbers(
+        where, element.find("safety_controller"), SOFT
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
@@ -66,7 +67,7 @@ def _inside(triangles: FloatArray, points: FloatArray) -> BoolArray:
         along = triangles @ axis
         cuts = np.linspace(along.min(), along.max(), SLICES + 1)
         in_some = np.zeros(len(points), dtype=bool)
-        for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+        for low, high in pairwise(cuts):
             part = clip(clip(triangles, axis, low), -axis, -high)
             in_some |= _in_hull(part.reshape(-1, 3), points)
         inside &= in_some

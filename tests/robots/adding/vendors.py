@@ -9,14 +9,16 @@ import trimesh
 LINK = """
   <link name="{name}"><inertial><origin xyz="0 0 {half}"/><mass value="2"/>
       <inertia ixx="{ixx}" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.004"/></inertial>
-    <collision><origin xyz="0 0 {half}"/><geometry><mesh filename="{mesh}" scale="0.001 0.001 0.001"/></geometry></collision>
+    <collision><origin xyz="0 0 {half}"/>
+      <geometry><mesh filename="{mesh}" scale="0.001 0.001 0.001"/></geometry></collision>
   </link>"""
 JOINT = """
   <joint name="{name}" type="{type}"><parent link="{parent}"/><child link="{child}"/>
     <origin xyz="0 0 {z}" rpy="0 0 0"/><axis xyz="{axis}"/>{limit}{mimic}</joint>"""
 LIMIT = '<limit lower="{lower}" upper="{upper}" velocity="2" effort="80"/>'
 FINGER = """
-  <link name="{name}"><inertial><mass value="0.05"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+  <link name="{name}"><inertial><mass value="0.05"/>
+      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
     <collision><origin xyz="0 {y} 0.03"/><geometry><box size="0.02 0.01 0.06"/></geometry></collision></link>"""
 AXES = ("0 0 1", "0 1 0", "0 1 0", "0 1 0", "0 0 1", "0 1 0")
 
