@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from plancurate.robots.adding.findings import Findings
-from plancurate.robots.adding.fitting import fit
 from plancurate.robots.adding.folding import Folded, fold
 from plancurate.robots.adding.homes import choose_home
 from plancurate.robots.adding.inertias import Inertial, guessed_inertial, read_inertial
@@ -19,11 +18,11 @@ from plancurate.robots.adding.picture import draw_fit
 from plancurate.robots.adding.planning_limits import MovingJoint, planning_limits
 from plancurate.robots.adding.quality import FitQuality, fit_quality
 from plancurate.robots.adding.readme import readme_text
+from plancurate.robots.adding.refining import refined
 from plancurate.robots.adding.sampled_contacts import PairContact, never_meets, sample_contacts
 from plancurate.robots.adding.solids import Solid, read_solids
 from plancurate.robots.adding.source import Source, read_source
 from plancurate.robots.adding.srdf import Srdf, read_srdf
-from plancurate.robots.adding.surroundings import surroundings
 from plancurate.robots.adding.writing import urdf_text, yaml_text
 from plancurate.robots.chain import serial_chain
 from plancurate.robots.files import NAME
@@ -82,7 +81,7 @@ def add_robot(request: Request) -> Added:
     findings = Findings()
     read = read_all(request, findings)
     model = _bare_model(read)
-    shapes = {link: _primitives(solid, request.shapes_a_link) for link, solid in read.solids.items()}
+    shapes = refined(model, read.solids, request.shapes_a_link)
     inertials = _inertials(read, shapes, findings)
     findings.stop_at_problems(request.urdf)
     quality = tuple(
@@ -107,13 +106,6 @@ def add_robot(request: Request) -> Added:
         )
         made = folder.rename(request.into / request.name)
     return Added(made, load_robot(made), tuple(findings.notes), quality, contacts)
-
-
-def _primitives(solid: Solid, most: int) -> tuple[Shape, ...]:
-    """A link's own primitives, and those that hold its triangles."""
-    if not len(solid.triangles):
-        return solid.shapes
-    return (*solid.shapes, *fit(solid.triangles, most, surroundings(solid.triangles)))
 
 
 def read_all(request: Request, findings: Findings) -> Read:
