@@ -53,6 +53,7 @@ def build_robot(file: Path, content: RobotFile, written: bytes) -> Robot:
         upper=limits.upper,
         velocity=limits.velocity,
         acceleration=limits.acceleration,
+        jerk=limits.jerk,
         effort=np.array([joint.effort for joint in chain.joints]),
         home=limits.home,
         tool_link=content.tool_link,

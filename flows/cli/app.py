@@ -30,6 +30,7 @@ COMMANDS = {
         "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:refine",
         "stages:evaluate", "stages:compact",
     ],
+    "Move": ["predict:predict", "verify:verify"],
     "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
     "See what there is": [
         "fields:fields", "robots", "scenes", "planning:planners", "registered:selectors",
