@@ -33,13 +33,19 @@ COMMANDS = {
     "Move": ["predict:predict", "verify:verify"],
     "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
     "See what there is": [
-        "fields:fields", "planning:robots", "scenes", "planning:planners", "registered:selectors",
+        "fields:fields", "robots", "scenes", "planning:planners", "registered:selectors",
         "registered:policies", "doctor:doctor",
     ],
 }  # fmt: skip
 
 # Commands with commands of their own, named above without a module.
-FAMILIES = {"scenes": ("Look into scenes before a study: scenes check NAME.", ["scenes:check"])}
+FAMILIES = {
+    "robots": (
+        "List robots and scenes, add a robot from a URDF, check one.",
+        ["robots:list", "robots:add", "robots:check"],
+    ),
+    "scenes": ("Look into scenes before a study: scenes check NAME.", ["scenes:check"]),
+}
 
 
 @cache
