@@ -31,6 +31,7 @@ COMMANDS = {
         "stages:evaluate", "stages:compact",
     ],
     "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
+    "Hand it on": ["export:export"],
     "See what there is": [
         "fields:fields", "planning:robots", "scenes", "planning:planners", "registered:selectors",
         "registered:policies", "doctor:doctor",
