@@ -1,4 +1,4 @@
--- Selections of all studies. Grain: selection, study that uses it; of several studies the one that ran last first.
+-- Selections of all studies. Grain: selection, study that uses it, the one that ran last first.
 SELECT
     selections.selection_id,
     selections.study,
