@@ -28,18 +28,25 @@ REFUSALS = {
 COMMANDS = {
     "Run a study": [
         "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:refine",
-        "stages:evaluate", "stages:compact",
+        "stages:evaluate",
     ],
     "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
     "Hand it on": ["export:export"],
     "See what there is": [
+        "lake",
         "fields:fields", "planning:robots", "scenes", "planning:planners", "registered:selectors",
         "registered:policies", "doctor:doctor",
     ],
 }  # fmt: skip
 
 # Commands with commands of their own, named above without a module.
-FAMILIES = {"scenes": ("Look into scenes before a study: scenes check NAME.", ["scenes:check"])}
+FAMILIES = {
+    "scenes": ("Look into scenes before a study: scenes check NAME.", ["scenes:check"]),
+    "lake": (
+        "Look after the lake: lake status, check, compact, gc.",
+        ["lake:status", "lake:check", "stages:compact", "lake:gc"],
+    ),
+}
 
 
 @cache

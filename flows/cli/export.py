@@ -6,8 +6,7 @@ from pathlib import Path
 
 from plancurate.flows.cli.console import console
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.tasks.exports.formats import Format, require_possible, write_export
-from plancurate.tasks.study.exported import exported_episodes
+from plancurate.tasks.exports.names import Format
 
 
 def export(
@@ -28,6 +27,12 @@ def export(
         observation: Observation terms beside the joint angles [default: target_offset, and scene_parameters where there
             are obstacles].
     """
+    from plancurate.tasks.exports.formats import (  # pandas and torch: no --help needs them
+        require_possible,
+        write_export,
+    )
+    from plancurate.tasks.study.exported import exported_episodes
+
     require_possible(to, folder)
     episodes = exported_episodes(options.folder(), selection, observation)
     write_export(episodes, to, folder)

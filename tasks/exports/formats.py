@@ -5,20 +5,18 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import Literal, get_args
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.exports.episodes import Episodes
 from plancurate.tasks.exports.lerobot import write_lerobot
+from plancurate.tasks.exports.names import Format
 from plancurate.tasks.exports.robomimic import require_h5py, write_robomimic
 from plancurate.tasks.lake.parts import temporary_path
 
-Format = Literal["robomimic", "lerobot"]
-FORMATS: dict[str, Callable[[Episodes, Path], None]] = {
+FORMATS: dict[Format, Callable[[Episodes, Path], None]] = {
     "robomimic": write_robomimic,
     "lerobot": write_lerobot,
 }
-assert tuple(FORMATS) == get_args(Format)
 
 
 def require_possible(to: Format, folder: Path) -> None:

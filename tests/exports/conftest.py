@@ -12,7 +12,7 @@ from plancurate.robots import Robot, Scene, load_world
 from plancurate.tasks.curation.curate import STAGES
 from plancurate.tasks.curation.pool import FloatArray, Pool, make_pool
 from plancurate.tasks.curation.selectors.selection import KEPT_COLUMNS, Selection
-from plancurate.tasks.exports import Episodes, make_episodes
+from plancurate.tasks.exports.episodes import Episodes, make_episodes
 from plancurate.tasks.lake.schema import table
 
 PARTITION = {"robot": "h2017", "scene": "table", "pool": "0a1b2c"}

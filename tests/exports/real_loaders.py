@@ -16,7 +16,9 @@ import numpy as np
 import pytest
 
 from plancurate.tasks.curation.pool import FloatArray
-from plancurate.tasks.exports import Episodes, Format, write_export
+from plancurate.tasks.exports.episodes import Episodes
+from plancurate.tasks.exports.formats import write_export
+from plancurate.tasks.exports.names import Format
 
 PYTHON = Path(os.environ.get("EXPORTS_PYTHON", ".venv-exports/bin/python")).absolute()
 LOADERS = Path(__file__).with_name("loaders")

@@ -13,7 +13,7 @@ from plancurate.errors import PlancurateError
 from plancurate.robots import Robot, Scene
 from plancurate.tasks.curation.pool import FloatArray, Pool
 from plancurate.tasks.curation.selectors.selection import Selection
-from plancurate.tasks.exports import Episodes, make_episodes
+from plancurate.tasks.exports.episodes import Episodes, make_episodes
 
 from .conftest import POSITIONS
 

@@ -17,7 +17,8 @@ import pytest
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.curation.pool import FloatArray
-from plancurate.tasks.exports import Episodes, write_export
+from plancurate.tasks.exports.episodes import Episodes
+from plancurate.tasks.exports.formats import write_export
 
 
 @pytest.fixture(scope="module")
