@@ -7,7 +7,7 @@ from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.begin import begin
 from plancurate.flows.progress import stage
-from plancurate.flows.task_runs import run_all, task_runner
+from plancurate.flows.task_runs import run_all, shared_runner
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.evaluations import count_rollouts, evaluate_networks, missing_evaluations
@@ -23,11 +23,11 @@ def evaluate(config: StudyConfig, home: str | None = None) -> None:
     missing = missing_evaluations(study)
     record_study(study)
     pools = [(reference(study), pool.pool, pool.title) for pool in missing_references(study)]
-    run_all(reference_trials, pools, config.workers, runner=task_runner(config))
+    run_all(reference_trials, pools, config.workers, runner=shared_runner(config))
     with stage("evaluate", count_rollouts(study, missing), "rollouts") as bar:
         together = groups(missing)
         calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
-        run_all(evaluate_group, calls, config.workers, bar.advance, runner=task_runner(config))
+        run_all(evaluate_group, calls, config.workers, bar.advance, runner=shared_runner(config))
 
 
 @task(

@@ -13,7 +13,7 @@ from plancurate.flows.begin import begin
 from plancurate.flows.cli.console import console
 from plancurate.flows.label import label_all
 from plancurate.flows.progress import stage
-from plancurate.flows.task_runs import is_transient, run_all, task_runner
+from plancurate.flows.task_runs import is_transient, run_all, shared_runner
 from plancurate.tasks.candidates.postprocess_pool import shared_pool
 from plancurate.tasks.study import text
 from plancurate.tasks.study.candidates import (
@@ -76,7 +76,7 @@ def plan_all(study: StudyContext, parts: list[Part]) -> None:
             calls,
             in_flight,
             lambda planned: bar.advance(planned.runs, planned.failed),
-            runner=task_runner(config),
+            runner=shared_runner(config),
         )
 
 

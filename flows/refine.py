@@ -7,7 +7,7 @@ from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.begin import begin
 from plancurate.flows.progress import stage
-from plancurate.flows.task_runs import run_all, task_runner
+from plancurate.flows.task_runs import run_all, shared_runner
 from plancurate.flows.train import train_missing
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyContext, StudyRef, reference
@@ -33,7 +33,7 @@ def correct_missing(study: StudyContext, networks: list[Network], round: int) ->
     with stage(f"correct-{round}", len(missing), "networks") as bar:
         calls = ((reference(study), network, network.network_id) for network in missing)
         config = study.config
-        run_all(correct, calls, config.workers, lambda _: bar.advance(), runner=task_runner(config))
+        run_all(correct, calls, config.workers, lambda _: bar.advance(), runner=shared_runner(config))
 
 
 @task(

@@ -11,6 +11,7 @@ from plancurate.flows.evaluate import evaluate
 from plancurate.flows.generate import generate
 from plancurate.flows.publish import publish
 from plancurate.flows.refine import refine
+from plancurate.flows.task_runs import shared_runner
 from plancurate.flows.train import train
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.checks import audit_study
@@ -25,7 +26,7 @@ def study(config: StudyConfig, home: str | None = None) -> None:
     """Plan, curate, train, refine, evaluate and publish; every stage does only what the home folder lacks."""
     opened = open_study(config, Home.resolve(home))
     ensure_store(opened.home.mlflow_db)  # a tracking server that is away is said now, not after the work
-    with exclusive(opened.home, opened.study):
+    with exclusive(opened.home, opened.study), shared_runner(config):
         generate(config, home)
         curate(config, home)
         train(config, home)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from contextvars import ContextVar
 from queue import SimpleQueue
 from typing import Any
 
@@ -16,6 +18,25 @@ from plancurate.errors import IncompleteError, PlancurateError
 from plancurate.tasks.study.config import StudyConfig
 
 Ended = Callable[[Any], None]
+
+_shared: ContextVar[TaskRunner[Any] | None] = ContextVar("_shared", default=None)
+
+
+@contextmanager
+def shared_runner(config: StudyConfig) -> Iterator[TaskRunner[Any]]:
+    """Where a study's task runs work: the runner of the outermost such context, which ends with it.
+
+    Stages of one study share it, for each new runner of processes starts them and lets them import torch.
+    """
+    if shared := _shared.get():
+        yield shared
+        return
+    with task_runner(config) as runner:
+        token = _shared.set(runner)
+        try:
+            yield runner
+        finally:
+            _shared.reset(token)
 
 
 def task_runner(config: StudyConfig) -> TaskRunner[Any]:
@@ -45,7 +66,7 @@ def run_all(
     in_flight: int,
     ended: Ended | None = None,
     *,
-    runner: TaskRunner[Any] | None = None,
+    runner: AbstractContextManager[TaskRunner[Any]] | None = None,
 ) -> list[Any]:
     """Run a task once for each call's arguments, at most `in_flight` at once; return the results in order.
 

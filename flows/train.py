@@ -7,7 +7,7 @@ from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.begin import begin, say_made_again
 from plancurate.flows.progress import stage
-from plancurate.flows.task_runs import run_all, task_runner
+from plancurate.flows.task_runs import run_all, shared_runner
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyContext, StudyRef, reference
 from plancurate.tasks.study.networks import (
@@ -36,7 +36,7 @@ def train_missing(study: StudyContext, networks: list[Network]) -> None:
     with stage("train", len(missing), "networks") as bar:
         together = groups(missing)
         calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
-        run_all(train_group, calls, study.config.workers, bar.advance, runner=task_runner(study.config))
+        run_all(train_group, calls, study.config.workers, bar.advance, runner=shared_runner(study.config))
 
 
 @task(

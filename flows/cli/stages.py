@@ -71,7 +71,7 @@ def run(name: str, options: StudyOptions) -> StudyContext:
         return open_study(config, home)
 
     def prepare() -> None:
-        opened()
+        console.print(f"[bold]{name} {opened().study}[/]  [dim]{home.root}[/]", highlight=False)
         import_module(module)
 
     if not home.prefect.exists():
@@ -80,6 +80,5 @@ def run(name: str, options: StudyOptions) -> StudyContext:
     with ExitStack() as stack:
         with console.status("starting Prefect's server"):
             stack.enter_context(prefect_server(home, meanwhile=prepare))
-        console.print(f"[bold]{name} {opened().study}[/]  [dim]{home.root}[/]", highlight=False)
         getattr(import_module(module), name)(config, str(home.root))
     return opened()

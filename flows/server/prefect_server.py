@@ -38,11 +38,12 @@ def prefect_server(
     """
     with _environment(CLIENT_DEFAULTS):
         if configured := configured_url():
-            check_reachable(configured)
-            meanwhile()
-            yield configured
+            with _settings_of_prefect({}):
+                check_reachable(configured)
+                meanwhile()
+                yield configured
             return
-        with own_server(home, port, meanwhile) as url, _environment(_client_settings(home, url)):
+        with own_server(home, port, meanwhile) as url, _settings_of_prefect(_client_settings(home, url)):
             from prefect.settings import temporary_settings
 
             from plancurate.flows.server.recorded import everything_recorded
@@ -54,27 +55,37 @@ def prefect_server(
 
 @contextmanager
 def _environment(variables: Mapping[str, str]) -> Iterator[None]:
-    """Environment variables for this process, its children and, where it is imported already, Prefect."""
+    """Environment variables for this process and its children."""
     before = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)
-    _refresh_prefect()
     try:
         yield
     finally:
         for name, value in before.items():
             os.environ.pop(name) if value is None else os.environ.__setitem__(name, value)
-        _refresh_prefect()
 
 
-def _refresh_prefect() -> None:
+@contextmanager
+def _settings_of_prefect(variables: Mapping[str, str]) -> Iterator[None]:
+    """The environment with these variables as what Prefect goes by; it reads its settings when it is imported.
+
+    Reading them again takes it half a second, so it happens once for all variables, and once in the end.
+    """
+    with _environment(variables):
+        _read_settings()
+        if "prefect.main" in sys.modules:
+            from prefect.logging.configuration import setup_logging
+
+            setup_logging()
+        yield
+    _read_settings()
+
+
+def _read_settings() -> None:
     if "prefect.context" in sys.modules:
         from prefect.context import refresh_global_settings_context
 
         refresh_global_settings_context()
-    if "prefect.main" in sys.modules:
-        from prefect.logging.configuration import setup_logging
-
-        setup_logging()
 
 
 def _client_settings(home: Home, url: str) -> dict[str, str]:
@@ -85,6 +96,7 @@ def configured_url() -> str | None:
     """The API URL that the environment or one of Prefect's files sets."""
     if "prefect.context" not in sys.modules and not _may_be_configured():
         return None  # known without importing Prefect, which takes a third of the time of the server's start
+    _read_settings()
     from prefect.settings import PREFECT_API_URL
 
     url: str | None = PREFECT_API_URL.value()

@@ -17,8 +17,10 @@ TIMEOUT_S = 600
 FORK = """
 import json, os, signal, sys
 
-import mlflow, pandas, prefect, sklearn.cluster, toppra, torch
-import plancurate.flows.cli.verdict, plancurate.flows.study
+import alembic.command, mlflow.pyfunc, mlflow.store.tracking.sqlalchemy_store, pandas, prefect.flow_engine
+import prefect.task_engine, pyarrow.pandas_compat, scipy.signal, sklearn.cluster, toppra, torch
+import plancurate.flows.cli.stages, plancurate.flows.cli.verdict, plancurate.flows.study
+import plancurate.tasks.curation.selectors.cupid, plancurate.tasks.curation.selectors.dtw
 from plancurate.flows.cli.app import main
 
 for line in sys.stdin:

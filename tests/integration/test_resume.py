@@ -12,7 +12,7 @@ from plancurate import sql
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.config import load_config
 
-from ..homes import NewHome, environment
+from ..homes import environment
 from .commands import command_line
 from .conftest import Command, Studied
 
@@ -55,18 +55,19 @@ def test_a_killed_generate_goes_on_without_duplicates(
 
 
 def test_a_killed_evaluate_goes_on_without_duplicates(
-    smoke: Studied, plancurate: Command, new_home: NewHome, tmp_path: Path
+    smoke: Studied, plancurate: Command, shared_server: str, tmp_path: Path
 ) -> None:
-    new_home(tmp_path)
-    words = ["study", "--preset", "smoke", "--home", str(tmp_path)]
-    kill_after_parts(words, tmp_path, "evaluations", 2)
-    done = plancurate(*words)
+    home = shutil.copytree(smoke.untouched, tmp_path / "home")
+    shutil.rmtree(home / "lake" / "evaluations")
+    words = ["study", "--preset", "smoke", "--home", str(home)]
+    kill_after_parts(words, home, "evaluations", 2, PREFECT_API_URL=shared_server)
+    done = plancurate(*words, PREFECT_API_URL=shared_server)
     assert done.returncode == 0, done.stderr
     same = (
         "SELECT * EXCLUDE (pool, selection_time_s, train_s) FROM evaluations ORDER BY evaluation_id, test_id"
     )
-    assert content(tmp_path, same) == content(smoke.untouched, same)
-    assert_sound(tmp_path)
+    assert content(home, same) == content(smoke.untouched, same)
+    assert_sound(home)
 
 
 def assert_sound(home: Path) -> None:

@@ -7,13 +7,14 @@ import io
 import json
 import os
 import shlex
+import sqlite3
 import subprocess
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
 from plancurate import sql
-from plancurate.flows.server.prefect_server import prefect_server
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.config import load_config
@@ -22,7 +23,6 @@ from plancurate.tasks.study.exclusive import exclusive
 from plancurate.tasks.study.rows import REPORT_FIELDS
 from plancurate.tasks.study.statistics import wilson_interval
 
-from ..homes import NewHome
 from .conftest import Command, Studied
 
 SMOKE = load_config("smoke", None, {})
@@ -123,20 +123,19 @@ def test_a_larger_study_reuses_what_is_there(smoke: Studied, plancurate_on_share
     assert new == {("RRTConnect", 2), ("EST", 0), ("EST", 1), ("EST", 2)}
 
 
-def test_prefect_recorded_every_task_run_that_was_executed(
-    plancurate: Command, new_home: NewHome, tmp_path: Path
-) -> None:
-    new_home(tmp_path)
-    words = ("generate", "--preset", "smoke", "--home", str(tmp_path))
-    assert plancurate(*words).returncode == 0
-    with prefect_server(Home.resolve(tmp_path)):
-        from prefect.client.orchestration import get_client
-
-        with get_client(sync_client=True) as client:
-            runs = client.read_task_runs()
-    names = sorted(run.name for run in runs if run.state is not None and run.state.is_completed())
+def test_prefect_recorded_every_task_run_that_was_executed(smoke: Studied) -> None:
+    with sqlite3.connect(smoke.untouched / "prefect" / "prefect.db") as database:
+        runs = database.execute("SELECT name, state_type FROM task_run").fetchall()
+    assert {state for _, state in runs} == {"COMPLETED"}
+    names = sorted(name for name, _ in runs)
     planned = [f"plan {planner} target {target:04d}" for planner in SMOKE.planners for target in range(2)]
-    assert names == sorted([*planned, "label targets 000000-000001", "sample targets"])
+    assert [name for name in names if name.startswith("plan ")] == sorted(planned)
+    assert [name for name in names if name.startswith(("label ", "sample "))] == [
+        "label targets 000000-000001",
+        "sample targets",
+    ]
+    stages = Counter(name.split()[0] for name in names)
+    assert (stages["curate"], stages["references"], stages["audit"]) == (len(SMOKE.selectors), 1, 1)
 
 
 def test_no_process_outlives_a_command(smoke: Studied) -> None:
