@@ -16,12 +16,16 @@ from plancurate.robots.urdf import Joint
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """What plans keep to, (n,) each: rad (m) and s; `home` lies within `lower` and `upper`."""
+    """What plans keep to, (n,) each: rad (m) and s; `home` lies within `lower` and `upper`.
+
+    `jerk` is infinite for a joint without such a limit.
+    """
 
     lower: FloatArray
     upper: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
+    jerk: FloatArray
     home: FloatArray
 
 
@@ -37,7 +41,7 @@ def joint_limits(file: Path, content: RobotFile, chain: Chain) -> Limits:
 
 def _limits_of(
     file: Path, joint: Joint, entry: JointEntry | None
-) -> tuple[float, float, float, float, float]:
+) -> tuple[float, float, float, float, float, float]:
     where = f"{file}: joints.{joint.name}"
     if entry is None:
         raise PlancurateError(
@@ -60,4 +64,5 @@ def _limits_of(
         raise PlancurateError(f"{where}.velocity: {velocity:g} must not exceed the URDF's {joint.velocity:g}")
     if not lower <= entry.home <= upper:
         raise PlancurateError(f"{where}.home: {entry.home:g} must lie within [{lower:g}, {upper:g}]")
-    return lower, upper, velocity, entry.acceleration, entry.home
+    jerk = np.inf if entry.jerk is None else entry.jerk
+    return lower, upper, velocity, entry.acceleration, jerk, entry.home

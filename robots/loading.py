@@ -47,6 +47,7 @@ def load_robot(name_or_folder: str | Path) -> Robot:
         upper=limits.upper,
         velocity=limits.velocity,
         acceleration=limits.acceleration,
+        jerk=limits.jerk,
         effort=np.array([joint.effort for joint in chain.joints]),
         home=limits.home,
         tool_link=content.tool_link,

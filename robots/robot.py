@@ -19,7 +19,10 @@ NativeRobot = native.Robot  # inside the class `native` is its attribute
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A serial arm of n joints; limits, `effort` and `home` are (n,) in rad (m), s and N m (N)."""
+    """A serial arm of n joints; limits, `effort` and `home` are (n,) in rad (m), s and N m (N).
+
+    `jerk` is infinite for a joint that has no such limit.
+    """
 
     name: str
     urdf: Path
@@ -28,6 +31,7 @@ class Robot:
     upper: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
+    jerk: FloatArray
     effort: FloatArray
     home: FloatArray
     tool_link: str

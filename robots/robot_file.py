@@ -11,13 +11,17 @@ Positive = bounds.Positive
 
 
 class JointEntry(BaseModel):
-    """One moving joint: what plans keep to, rad (m) and s; position and velocity default to the URDF's."""
+    """One moving joint: what plans keep to, rad (m) and s; position and velocity default to the URDF's.
+
+    A limit of the jerk is for the motion verifier alone.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     position: tuple[Finite, Finite] | None = None
     velocity: Positive | None = None
     acceleration: Positive
+    jerk: Positive | None = None
     home: Finite
 
 

@@ -30,6 +30,7 @@ COMMANDS = {
         "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:refine",
         "stages:evaluate",
     ],
+    "Move": ["predict:predict", "verify:verify"],
     "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
     "Hand it on": ["export:export"],
     "See what there is": [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from plancurate import native
 from plancurate.robots import Robot, Scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.limits import limit_problem
+from plancurate.tasks.candidates.payload import Payload
 from plancurate.tasks.candidates.settings import VerifySettings
 from plancurate.tasks.candidates.simulation import Contact, Drives, World
 
@@ -66,11 +68,33 @@ def verify(robot: Robot, scene: Scene, q: FloatArray, dt: float, settings: Verif
 
 def play(robot: Robot, scene: Scene, q: FloatArray, dt: float, settings: VerifySettings) -> Playback:
     """Simulate waypoints `q` (m,n), joined by cubics that start and end at rest, and hold the last one."""
-    world = _world_of_thread()
-    world.build(robot, scene, 1.0 / settings.frequency_hz)
-    world.place(q[0].tolist())
+    path = rest_to_rest(np.arange(len(q), dtype=np.float64) * dt, q, dt)
+    return follow(robot, scene, references(path, 0.0, (len(q) - 1) * dt, settings), settings)
+
+
+def rest_to_rest(times: FloatArray, q: FloatArray, spacing: float | FloatArray) -> CubicHermiteSpline:
+    """Cubics from rest to rest through waypoints `q` (m,n) at `times` (m,), s, whose spacing is one or the times."""
+    velocity = np.gradient(q, spacing, axis=0)
+    velocity[[0, -1]] = 0.0
+    return CubicHermiteSpline(times, q, velocity)
+
+
+def references(
+    path: Callable[[FloatArray], FloatArray], start: float, end: float, settings: VerifySettings
+) -> FloatArray:
+    """Joint positions (s+1,n) before the first and after each of s steps from `start` to `end`, s, held at the end."""
+    steps = int(np.ceil((end - start + settings.hold_s) * settings.frequency_hz))
+    return np.asarray(path(np.minimum(start + np.arange(steps + 1) / settings.frequency_hz, end)))
+
+
+def follow(
+    robot: Robot, scene: Scene, wanted: FloatArray, settings: VerifySettings, payload: Payload | None = None
+) -> Playback:
+    """Simulate the drives following the references `wanted` (s+1,n), the first of which is where the robot rests."""
+    world = world_of_thread()
+    world.build(robot, scene, 1.0 / settings.frequency_hz, payload)
+    world.place(wanted[0].tolist())
     drives = Drives(robot.effort.tolist(), settings.position_gain, settings.velocity_gain)
-    wanted = _references(q, dt, settings)
     speed = np.diff(wanted, axis=0) * settings.frequency_hz
     states: list[list[float]] = []
     torques: list[list[float]] = []
@@ -83,22 +107,12 @@ def play(robot: Robot, scene: Scene, q: FloatArray, dt: float, settings: VerifyS
     return Playback(wanted[1:], np.array(states), np.array(torques), tuple(touching))
 
 
-def _world_of_thread() -> World:
+def world_of_thread() -> World:
+    """The thread's own world: whoever builds it finds it empty of what others built."""
     if not hasattr(_of_thread, "world"):
         _of_thread.world = World()
     world: World = _of_thread.world
     return world
-
-
-def _references(q: FloatArray, dt: float, settings: VerifySettings) -> FloatArray:
-    """Joint positions (s+1,n) before the first and after each of s steps."""
-    velocity = np.gradient(q, dt, axis=0)
-    velocity[[0, -1]] = 0.0
-    end = (len(q) - 1) * dt
-    path = CubicHermiteSpline(np.arange(len(q)) * dt, q, velocity)
-    steps = int(np.ceil((end + settings.hold_s) * settings.frequency_hz))
-    times = np.minimum(np.arange(steps + 1) / settings.frequency_hz, end)
-    return np.asarray(path(times))
 
 
 def _contact_reason(played: Playback, settings: VerifySettings) -> str:

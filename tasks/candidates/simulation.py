@@ -14,7 +14,9 @@ from scipy.spatial.transform import Rotation
 from plancurate.robots import Robot, Scene
 from plancurate.robots.shapes import Shape
 from plancurate.tasks.candidates.bullet import bullet
+from plancurate.tasks.candidates.payload import Payload
 
+PAYLOAD = "plancurate_payload"
 BASE = -1  # PyBullet's index of a body's root link
 SHAPE_TYPES = {
     "sphere": bullet.GEOM_SPHERE,
@@ -58,12 +60,14 @@ class World:
         self.body = -1
         self.joints: list[int] = []
 
-    def build(self, robot: Robot, scene: Scene, step_s: float = 1.0 / 240.0) -> None:
-        """Empty the world and put `robot` and `scene` into it; contacts that may be are switched off."""
+    def build(
+        self, robot: Robot, scene: Scene, step_s: float = 1.0 / 240.0, payload: Payload | None = None
+    ) -> None:
+        """Empty the world, put `robot` with its payload and `scene` in; contacts that may be are switched off."""
         bullet.resetSimulation(physicsClientId=self.client)
         bullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self.client)
         bullet.setTimeStep(step_s, physicsClientId=self.client)
-        self.body = self._load(robot)
+        self.body = self._load(robot, payload)
         joints, links = self._indices()
         self.names = {(self.body, index): name for name, index in links.items()}
         self.joints = [joints[name] for name in robot.joint_names]
@@ -110,10 +114,23 @@ class World:
             if point[8] < 0.0
         )
 
-    def _load(self, robot: Robot) -> int:
+    def touching(self, q: list[float]) -> tuple[Contact, ...]:
+        """What touches with the joints at `q`, at rest."""
+        self.place(q)
+        bullet.performCollisionDetection(physicsClientId=self.client)
+        return self.contacts()
+
+    def torques(self, q: list[float], velocity: list[float], acceleration: list[float]) -> list[float]:
+        """Torques or forces that the joints need for this motion, by inverse dynamics; gravity included."""
+        found = bullet.calculateInverseDynamics(
+            self.body, q, velocity, acceleration, physicsClientId=self.client
+        )
+        return list(found)
+
+    def _load(self, robot: Robot, payload: Payload | None) -> int:
         """Load the robot through a file of its own, which is gone afterwards."""
         with tempfile.NamedTemporaryFile(suffix=".urdf") as file:
-            file.write(_clean_urdf(robot.urdf, robot.digest))
+            file.write(_clean_urdf(robot.urdf, robot.digest, robot.tool_link, payload))
             file.flush()
             body: int = bullet.loadURDF(
                 file.name, useFixedBase=True, flags=URDF_FLAGS, physicsClientId=self.client
@@ -157,17 +174,33 @@ class World:
 
 
 @lru_cache
-def _clean_urdf(file: Path, digest: str) -> bytes:
+def _clean_urdf(file: Path, digest: str, tool_link: str, payload: Payload | None) -> bytes:
     """The URDF without visuals; a link without inertia weighs nothing (PyBullet would take 1 kg and say so).
 
-    `digest` is there for the cache: another content of the file is another entry.
+    A payload is a link of its own, a point mass fixed to the tool. `digest` is there for the cache: another content
+    of the file is another entry.
     """
     tree = ET.parse(file).getroot()
     for link in tree.findall("link"):
         for visual in link.findall("visual"):
             link.remove(visual)
         if link.find("inertial") is None:
-            inertial = ET.SubElement(link, "inertial")
-            ET.SubElement(inertial, "mass", value="0")
-            ET.SubElement(inertial, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")
+            _add_mass(link, 0.0)
+    if payload is not None:
+        _add_payload(tree, tool_link, payload)
     return ET.tostring(tree)
+
+
+def _add_payload(tree: ET.Element, tool_link: str, payload: Payload) -> None:
+    _add_mass(ET.SubElement(tree, "link", name=PAYLOAD), payload.mass_kg)
+    joint = ET.SubElement(tree, "joint", name=f"{PAYLOAD}_mount", type="fixed")
+    ET.SubElement(joint, "parent", link=tool_link)
+    ET.SubElement(joint, "child", link=PAYLOAD)
+    ET.SubElement(joint, "origin", xyz=" ".join(map(str, payload.centre_m)), rpy="0 0 0")
+
+
+def _add_mass(link: ET.Element, mass: float) -> None:
+    """Give a link a point mass at its origin."""
+    inertial = ET.SubElement(link, "inertial")
+    ET.SubElement(inertial, "mass", value=str(mass))
+    ET.SubElement(inertial, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")

@@ -1,41 +1,18 @@
-"""DuckDB sessions over chosen parts of the lake."""
+"""DuckDB sessions of one's own over chosen parts of the lake, and what a statement may do there."""
 
 from __future__ import annotations
 
 import glob
-import itertools
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import duckdb
 
 from plancurate.errors import PlancurateError
-from plancurate.tasks.lake import engine
 from plancurate.tasks.lake.catalog import DERIVED_VIEWS, define_views
 from plancurate.tasks.lake.schema import TABLES
-
-_SPILL = ".spill"
-_numbers = itertools.count()
-
-
-@contextmanager
-def short_session(root: Path, parts: Mapping[str, Sequence[Path]]) -> Iterator[duckdb.DuckDBPyConnection]:
-    """A connection for one of our own queries with the views of these tables over these parts.
-
-    It works in a database of its own on an engine that others use too.
-    """
-    own = f"session_{next(_numbers)}"
-    with engine.connect(root / _SPILL) as connection:
-        connection.execute(f"ATTACH ':memory:' AS {own}")
-        try:
-            connection.execute(f"USE {own}")
-            define_views(connection, parts)
-            yield connection
-        finally:
-            connection.execute("USE memory")
-            connection.execute(f"DETACH {own}")
+from plancurate.tasks.lake.short_session import SPILL
 
 
 def open_session(
@@ -45,7 +22,7 @@ def open_session(
 
     `locked` shuts out every file outside the lake and freezes the settings.
     """
-    connection = duckdb.connect(config={"temp_directory": str(root / _SPILL)})
+    connection = duckdb.connect(config={"temp_directory": str(root / SPILL)})
     connection.execute("SET TimeZone = 'UTC'")
     define_views(connection, parts)
     if locked:

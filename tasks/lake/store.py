@@ -15,7 +15,8 @@ from plancurate.sql import load
 from plancurate.tasks.lake.folder import LakeFolder
 from plancurate.tasks.lake.inspection import Damage, refuse
 from plancurate.tasks.lake.schema import TABLES, table
-from plancurate.tasks.lake.session import open_session, require_select, short_session, tables_named_in
+from plancurate.tasks.lake.session import open_session, require_select, tables_named_in
+from plancurate.tasks.lake.short_session import short_session
 
 _READ_ATTEMPTS = 5
 

@@ -9,14 +9,12 @@ from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.policies.serving import ServedPolicy
 from plancurate.tasks.study.context import StudyContext
 from plancurate.tasks.study.evaluations import evaluation_id
+from plancurate.tasks.study.network_cells import cell_of_network, cell_of_row
 from plancurate.tasks.study.networks import Network, load_network, network_folder
 from plancurate.tasks.study.results import headline_networks
 from plancurate.tasks.study.rows import ResultRow
 from plancurate.tasks.study.selections import make_selection
 from plancurate.tasks.study.tracking import ChildRun, StudyRun, ensure_store, log_child, start_study
-
-Cell = tuple[str, str, str, int | None, int, str, int, int]
-"""Scene, pool's label, selector, budget, selection seed, policy, training seed and round: what one network is."""
 
 
 def open_parent_run(study: StudyContext) -> StudyRun:
@@ -34,35 +32,6 @@ def log_networks(study: StudyContext, run: StudyRun, networks: Sequence[Network]
     rows = {cell_of_row(row): row for row in headline_networks(study.lake, study.study)}
     for network in networks:
         log_child(run, child_run(study, network, rows[cell_of_network(study, network)]))
-
-
-def cell_of_row(row: ResultRow) -> Cell:
-    """Say which network a result row is about."""
-    return (
-        row.scene,
-        row.pool_label,
-        row.selector,
-        row.budget,
-        row.selection_seed,
-        row.policy,
-        row.seed,
-        row.round,
-    )
-
-
-def cell_of_network(study: StudyContext, network: Network) -> Cell:
-    """Say which network a network is, in the words of result rows."""
-    wanted, pool = network.selection, study.pool(network.selection.pool)
-    return (
-        pool.scene.name,
-        pool.label,
-        wanted.choice.label,
-        wanted.budget,
-        wanted.seed,
-        network.policy,
-        network.seed,
-        network.round,
-    )
 
 
 def child_run(study: StudyContext, network: Network, row: ResultRow) -> ChildRun:

@@ -127,12 +127,14 @@ def all_gone(home: Home, seconds: float) -> bool:
 
 def test_every_deployment_has_a_description_a_form_and_a_limit(serving: Serving) -> None:
     deployments = {item["name"]: item for item in request(serving, "POST", "/deployments/filter", {})}
-    assert set(deployments) == {"study", "generate", "curate", "train"}
+    assert set(deployments) == {"study", "generate", "curate", "train", "predict"}
     for name, deployment in deployments.items():
         assert deployment["description"]
         assert set(deployment["tags"]) == {"plancurate", name}
         assert deployment["enforce_parameter_schema"]
-        assert "n_targets" in str(deployment["parameter_openapi_schema"])
+        assert ("targets" if name == "predict" else "n_targets") in str(
+            deployment["parameter_openapi_schema"]
+        )
         assert deployment["global_concurrency_limit"]["limit"] == 1
         assert deployment["work_pool_name"] == "plancurate"
     (nightly,) = deployments["study"]["schedules"]

@@ -10,7 +10,7 @@ from pydantic import Field
 from torch import Tensor
 from torch.nn import functional
 
-from plancurate.tasks.learning.policies.policy import Weights, register
+from plancurate.tasks.learning.policies.policy import Policy, Weights, register
 from plancurate.tasks.learning.policies.rnn import RNNPolicy
 
 
@@ -24,8 +24,9 @@ class MixtureRNNPolicy(RNNPolicy):
         gt=0,
         description="least spread, in standardised actions: without it still steps rule the likelihood",
     )
-    mode: Literal["likeliest", "mean"] = Field(
-        "likeliest", description="a rollout takes the mean of the heaviest component, or of the mixture"
+    mode: Literal["likeliest", "mean", "drawn"] = Field(
+        "likeliest",
+        description="a rollout takes the mean of the heaviest component, of the mixture, or of one drawn by weight",
     )
 
     def outputs(self, acted: int) -> int:
@@ -46,8 +47,16 @@ class MixtureRNNPolicy(RNNPolicy):
         log_weight, mean, _ = self.mixture(head)
         if self.mode == "mean":
             return (log_weight.exp()[..., None] * mean).sum(-2)
-        likeliest = log_weight.argmax(-1)[..., None, None].expand(*mean.shape[:2], 1, mean.shape[-1])
-        return mean.gather(-2, likeliest).squeeze(-2)
+        if self.mode == "drawn":
+            drawn = torch.multinomial(log_weight.exp().flatten(0, 1), 1).view(log_weight.shape[:2])
+        else:
+            drawn = log_weight.argmax(-1)
+        return mean.gather(-2, drawn[..., None, None].expand(*mean.shape[:2], 1, mean.shape[-1])).squeeze(-2)
+
+    def proposals(self, count: int) -> list[Policy]:
+        """Act by the heaviest component, by the mean of the mixture, then by components drawn in each step."""
+        modes = ["likeliest", "mean", *["drawn"] * (count - 2)]
+        return [self.model_copy(update={"mode": mode}) for mode in modes[:count]]
 
     def diagnostics(self, weights: Weights, observations: Tensor) -> dict[str, Tensor]:
         """Say how many components act, and how wide the heaviest one is (standardised actions).

@@ -58,6 +58,13 @@ class Policy(Settings, ABC):
         """
         return None
 
+    def proposals(self, count: int) -> list[Policy]:
+        """Up to `count` ways to act on what was learnt, the one that is tested first; a single one for most.
+
+        Ways that draw at random draw from torch's generator.
+        """
+        return [self]
+
     def diagnostics(self, weights: Weights, observations: Tensor) -> dict[str, Tensor]:
         """Numbers (S,) that tell what the networks have learnt, on observations (S, window, batch, o)."""
         return {}

@@ -1,0 +1,113 @@
+"""Which of a study's networks predicts motions, and how it is found again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from plancurate.errors import PlancurateError, UnknownNameError
+from plancurate.robots import Robot, Scene
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.lake.store import Lake
+from plancurate.tasks.learning.policies import TrainedPolicy
+from plancurate.tasks.motion.predict import PredictSettings
+from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.context import open_study
+from plancurate.tasks.study.network_cells import cell_of_network, cell_of_row
+from plancurate.tasks.study.networks import load_network, wanted_networks
+from plancurate.tasks.study.results import headline_networks, study_results
+from plancurate.tasks.study.rows import ALL_SCENES, Cell, ResultRow
+from plancurate.tasks.study.selections import study_selections
+from plancurate.tasks.study.studies import find_study, recorded_study
+from plancurate.tasks.study.verdict import verdicts
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which network of a study is meant; what is left out is the study's best."""
+
+    study: str
+    key: str | None = None
+    scene: str | None = None
+    selector: str | None = None
+    """With or without its budget, as results show it."""
+    policy: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class StudyPolicy:
+    """A trained network with the world and the settings that it was trained and tested in."""
+
+    row: ResultRow
+    """How it did in the study."""
+    trained: TrainedPolicy
+    robot: Robot
+    scene: Scene
+    sources: tuple[str, str]
+    """Robot and scene as the study names them: what another process loads them by."""
+    settings: PredictSettings
+
+
+def study_policy(home: Home, choice: Choice) -> StudyPolicy:
+    """Find and load a network; PlancurateError for a study without results, or for a name that it does not have."""
+    lake = Lake(home.lake)
+    study = find_study(lake, choice.study, choice.key)
+    row = chosen_row(lake, study, choice)
+    opened = open_study(StudyConfig.model_validate(recorded_study(lake, study).config), home)
+    if opened.study != study:
+        raise PlancurateError(
+            f"study {study}: its robot, scenes or the package changed since it ran; run it again, as {opened.study}"
+        )
+    networks = wanted_networks(opened, study_selections(opened))
+    network = next(one for one in networks if cell_of_network(opened, one) == cell_of_row(row))
+    pool = opened.pool(network.selection.pool)
+    sources = (opened.config.robot, pool.scene_source)
+    settings = PredictSettings(candidates=pool.settings, rollout=opened.config.evaluation)
+    return StudyPolicy(row, load_network(opened, network), pool.robot, pool.scene, sources, settings)
+
+
+def chosen_row(lake: Lake, study: str, choice: Choice) -> ResultRow:
+    """The result row of the network that is meant: of several seeds, the one that succeeded most often."""
+    rows = headline_networks(lake, study)
+    if not rows:
+        raise PlancurateError(f"study {study}: nothing is tested yet; run the study to its end")
+    last = max(row.round for row in rows)
+    rows = in_scene(study, [row for row in rows if row.round == last], choice.scene)
+    if choice.selector is None:
+        best = best_cell(lake, study, rows[0].scene)
+        rows = [row for row in rows if row.cell == best]
+    else:
+        names = {row.name for row in rows} | {row.selector for row in rows}
+        if choice.selector not in names:
+            raise UnknownNameError(f"selector of study {study}", choice.selector, names)
+        rows = [row for row in rows if choice.selector in (row.name, row.selector)]
+    policies = {row.policy for row in rows}
+    if choice.policy is not None and choice.policy not in policies:
+        raise UnknownNameError(f"policy of study {study}", choice.policy, policies)
+    policy = choice.policy or max(sorted(policies), key=lambda name: success(rows, name))
+    return max((row for row in rows if row.policy == policy), key=lambda row: row.success_rate)
+
+
+def in_scene(study: str, rows: Sequence[ResultRow], scene: str | None) -> list[ResultRow]:
+    """The rows of a scene, which must be named where there are several."""
+    scenes = list(dict.fromkeys(row.scene for row in rows))
+    if scene is None and len(scenes) > 1:
+        raise PlancurateError(
+            f"study {study}: has the scenes {', '.join(scenes)}; say which one with --scene"
+        )
+    if scene is not None and scene not in scenes:
+        raise UnknownNameError(f"scene of study {study}", scene, scenes)
+    return [row for row in rows if row.scene == (scene or scenes[0])]
+
+
+def best_cell(lake: Lake, study: str, scene: str) -> Cell:
+    """The selection that the study's verdict names first, in a scene."""
+    found = [verdict.best[0].cell for verdict in verdicts(study_results(lake, study))]
+    best = next(cell for cell in found if cell.scene in (scene, ALL_SCENES))
+    return best._replace(scene=scene)
+
+
+def success(rows: Sequence[ResultRow], policy: str) -> float:
+    """Share of a policy's trials that succeeded, over all seeds."""
+    own = [row for row in rows if row.policy == policy]
+    return sum(row.successes for row in own) / sum(row.n for row in own)
