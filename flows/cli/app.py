@@ -28,12 +28,13 @@ REFUSALS = {
 COMMANDS = {
     "Run a study": [
         "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:refine",
-        "stages:evaluate", "stages:compact",
+        "stages:evaluate",
     ],
     "Move": ["predict:predict", "verify:verify"],
     "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
+    "Hand it on": ["export:export"],
     "See what there is": [
-        "fields:fields", "robots", "scenes", "planning:planners", "registered:selectors",
+        "fields:fields", "robots", "scenes", "lake", "planning:planners", "registered:selectors",
         "registered:policies", "doctor:doctor",
     ],
 }  # fmt: skip
@@ -45,6 +46,10 @@ FAMILIES = {
         ["robots:list", "robots:add", "robots:check"],
     ),
     "scenes": ("Look into scenes before a study: scenes check NAME.", ["scenes:check"]),
+    "lake": (
+        "Look after the lake: lake status, check, compact, gc.",
+        ["lake:status", "lake:check", "stages:compact", "lake:gc"],
+    ),
 }
 
 

@@ -95,4 +95,4 @@ def of_steps(
             total[batch] += contributions(states[batch], actions[batch], NEIGHBOURS)
     value = np.clip(total / settings.repeats, *np.percentile(total / settings.repeats, CLIPPED_PERCENT))
     spread = value.std()
-    return (value - value.mean()) / (spread if spread > 0 else 1.0)
+    return np.asarray((value - value.mean()) / (spread if spread > 0 else 1.0))

@@ -25,7 +25,7 @@ def contributions(x: Float32Array, y: Float32Array, neighbours: Sequence[int]) -
     of_x, of_y = distances(x), distances(y)
     nearest = np.partition(np.maximum(of_x, of_y), neighbours, axis=1)  # column 0 is the pair itself
     terms = [digamma(within(of_x, nearest[:, k])) + digamma(within(of_y, nearest[:, k])) for k in neighbours]
-    return -np.mean(terms, axis=0)
+    return np.asarray(-np.mean(terms, axis=0))
 
 
 def distances(points: Float32Array) -> Float32Array:
@@ -33,7 +33,7 @@ def distances(points: Float32Array) -> Float32Array:
     squares = (points**2).sum(axis=1)
     found = squares[:, None] + squares - 2 * (points @ points.T)
     np.fill_diagonal(found, 0)
-    return np.sqrt(np.maximum(found, 0))
+    return np.asarray(np.sqrt(np.maximum(found, 0)))
 
 
 def within(distance: Float32Array, radius: Float32Array) -> IntArray:
