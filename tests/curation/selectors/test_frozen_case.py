@@ -24,6 +24,8 @@ FROZEN = {
     ("KMeans", 1): "6fadb58409cd43ef",
     ("KMeans_Hybrid", 2): "b45ae3b304d62a0f",
     ("KMeans_Hybrid_Worst", 1): "5d9b675862ba1c80",
+    ("DemInf", 1): "03073d8a14fef4c6",
+    ("DemInf_Native", 1): "1a97fe97eafa441b",
     ("ModeConsistent", 1): "323b0ac85d26098b",
     ("Random", 1): "594654eab6e2b309",
     ("Repair", 1): "8292a1921d242f49",
