@@ -35,6 +35,7 @@ FROZEN = {
 LEARNED: dict[str, dict[str, object]] = {
     "BehaviorRetrieval": {"vae_steps": 20},
     "CUPID": {"steps": 20, "rollouts": 4, "projection": 4},
+    "DemoSCORE": {"steps": 200, "rollouts": 4, "classifier_steps": 20, "policies": 2},
     "SCIZOR": {"classifier_steps": 20},
 }
 FROZEN_LEARNED = {
@@ -44,6 +45,8 @@ FROZEN_LEARNED = {
     ("CUPID", 2): "c76cae21d8023e6f",
     ("CUPID_Global", 2): "be38671e9d5f96d4",
     ("CUPID_Native", 2): "6152227b9f4afde0",
+    ("DemoSCORE", 1): "33511492fbcf0271",
+    ("DemoSCORE_Native", 1): "11dc31f79249e8d1",
     ("SCIZOR", 2): "82e04d8884d2cb33",
     ("SCIZOR_Global", 2): "2852eb77c6ca60a6",
     ("SCIZOR_Native", 1): "6db4feb8c475f56d",
