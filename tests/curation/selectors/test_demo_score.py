@@ -1,13 +1,18 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 import torch
 from torch.nn.functional import binary_cross_entropy
 
+from plancurate.tasks.curation.selectors import demo_score
+from plancurate.tasks.curation.selectors.base import Problem
 from plancurate.tasks.curation.selectors.demo_score import best_classifier, labelled
 from plancurate.tasks.curation.selectors.sampled_policy import Rollouts, Steps
 from plancurate.tasks.curation.selectors.success_classifier import Labelled, fit, held_loss
+from plancurate.tasks.curation.selectors.transitions import load_transitions, standardised
 
 from .defects import Bed, auroc, chosen, defective_pool
 
@@ -60,11 +65,19 @@ def test_every_state_of_a_rollout_has_the_rollouts_outcome() -> None:
     assert not found.one_sided
 
 
-def test_candidates_that_lead_elsewhere_look_less_like_success(bed: Bed) -> None:
-    kept = chosen(bed, "DemoSCORE", 30, **{**QUICK, "steps": 800, "policies": 3})
+def test_candidates_that_look_like_failures_score_lower(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
+    def rolled_out(problem: Problem, *_: object) -> Iterator[tuple[Steps, Rollouts]]:
+        """As if policies had done what the candidates do, and failed where these lead elsewhere."""
+        found = load_transitions(problem)
+        steps = Steps(standardised(found.observations), found.actions, found.starts, found.lengths)
+        rollouts = Rollouts(steps, np.where(bed.label == "wrong_target", -1.0, 1.0), found.starts)
+        return iter([(steps, rollouts), (steps, rollouts)])
+
+    monkeypatch.setattr(demo_score, "policies_rollouts", rolled_out)
+    kept = chosen(bed, "DemoSCORE", 30, classifier_steps=1500)
     by_id = dict(zip(kept.ids, kept.kept["score"].to_pylist(), strict=True))
     badness = np.array([-by_id[one] for one in bed.pool.candidates["trajectory_id"].to_pylist()])
-    assert auroc(bed, badness, "wrong_target") > 0.6
+    assert auroc(bed, badness, "wrong_target") > 0.8
 
 
 def test_the_native_form_keeps_what_is_above_the_rollouts_mean(bed: Bed) -> None:
