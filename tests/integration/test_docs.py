@@ -59,6 +59,7 @@ def test_the_pages_hold_commands_and_examples() -> None:
 def test_a_documented_command_runs(
     command: str, home: Path, tmp_path: Path, plancurate_on_shared_server: Command
 ) -> None:
+    (tmp_path / "docs").symlink_to(ROOT / "docs")  # some pages name a file beside them
     words = shlex.split(command, comments=True)[1:]
     done = plancurate_on_shared_server(*words, folder=tmp_path, PLANCURATE_HOME=str(home))
     assert done.returncode == 0, done.stderr
