@@ -31,7 +31,7 @@ COMMANDS = {
         "stages:evaluate", "stages:compact",
     ],
     "Move": ["predict:predict", "verify:verify"],
-    "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
+    "See what came out": ["report:report", "compare:compare", "show", "sql:sql", "serve:serve"],
     "See what there is": [
         "fields:fields", "planning:robots", "scenes", "planning:planners", "registered:selectors",
         "registered:policies", "doctor:doctor",
@@ -39,7 +39,13 @@ COMMANDS = {
 }  # fmt: skip
 
 # Commands with commands of their own, named above without a module.
-FAMILIES = {"scenes": ("Look into scenes before a study: scenes check NAME.", ["scenes:check"])}
+FAMILIES = {
+    "scenes": ("Look into scenes before a study: scenes check NAME.", ["scenes:check"]),
+    "show": (
+        "Make pictures, films and recordings: show scene NAME, show rollout --study NAME.",
+        ["show:scene", "show:robot", "show:trajectory", "show:selection", "show:ways", "show:rollout"],
+    ),
+}
 
 
 @cache

@@ -13,7 +13,11 @@ from plancurate.robots.shapes import FloatArray, Shape
 from plancurate.tasks.pictures.rays import Rays
 
 FIELD = 0.62  # rad, the angle that the picture's height takes up
-DIRECTION = (-0.42, -0.78, 0.46)  # from the robot's side, a little from behind, so that one looks into shelves
+DIRECTION = (
+    -0.42,
+    -0.78,
+    0.46,
+)  # from the robot's side, a little from behind, so that one looks into shelves
 FILLED = 0.94  # of the picture, in its height or its width
 ROUNDS = 8  # of moving the camera until that is so
 
@@ -57,7 +61,9 @@ class Camera:
         x = (np.arange(self.width) + 0.5 - self.width / 2) / self.focal
         y = (np.arange(self.height) + 0.5 - self.height / 2) / self.focal
         right, down, forward = self.turn.astype(np.float32)
-        way = x[None, :, None].astype(np.float32) * right + y[:, None, None].astype(np.float32) * down + forward
+        way = (
+            x[None, :, None].astype(np.float32) * right + y[:, None, None].astype(np.float32) * down + forward
+        )
         return np.asarray(way / np.linalg.norm(way, axis=2, keepdims=True))
 
 

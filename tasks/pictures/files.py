@@ -67,7 +67,9 @@ def png(image: Image, colours: int | None = None) -> bytes:
 
     made = PIL.Image.fromarray(image)
     buffer = BytesIO()
-    (made.quantize(colours, dither=PIL.Image.Dither.NONE) if colours else made).save(buffer, "PNG", optimize=True)
+    (made.quantize(colours, dither=PIL.Image.Dither.NONE) if colours else made).save(
+        buffer, "PNG", optimize=True
+    )
     return buffer.getvalue()
 
 

@@ -12,7 +12,9 @@ from plancurate.tasks.pictures.rays import NEVER, Rays, distances, extent
 LAMP = np.array([-0.35, -0.5, 0.9], dtype=np.float32)
 LAMP /= np.linalg.norm(LAMP)
 _SIDE = np.cross(LAMP, [0, 0, 1]) / np.hypot(LAMP[0], LAMP[1])
-ACROSS = np.array([_SIDE, np.cross(LAMP, _SIDE), LAMP], dtype=np.float32)  # rows: two ways across the light, and to it
+ACROSS = np.array(
+    [_SIDE, np.cross(LAMP, _SIDE), LAMP], dtype=np.float32
+)  # rows: two ways across the light, and to it
 AMBIENT, SHADE = 0.5, 0.55  # share of light that comes from everywhere; how bright a shadow is on the floor
 LIFT = 2e-3  # m above a surface that its shadow rays begin
 

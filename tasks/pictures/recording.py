@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-import numpy as np
 import rerun as rr
 
 from plancurate import native
@@ -38,7 +37,9 @@ def record_shot(stream: rr.RecordingStream, root: str, shot: Shot) -> None:
         strip = rr.LineStrips3D([line.points], colors=[rgb(line.colour)])
         stream.log(f"{root}/tool_paths/{number}", strip, static=True)
     if shot.dots:
-        points = rr.Points3D([dot.at for dot in shot.dots], colors=[rgb(dot.colour) for dot in shot.dots], radii=0.01)
+        points = rr.Points3D(
+            [dot.at for dot in shot.dots], colors=[rgb(dot.colour) for dot in shot.dots], radii=0.01
+        )
         stream.log(f"{root}/targets", points, static=True)
     record_arm(stream, root, shot.robot)
     start = 0.0
@@ -74,7 +75,9 @@ def record_run(
         stream.log(f"{root}/said", rr.TextLog(run.said))
     if run.touching:
         ended = [solid for solid in arm_solids(robot, run.states[-1]) if solid.name in run.touching]
-        points = rr.Points3D([solid.shape.pose[:3, 3] for solid in ended], colors=[rgb(COLLISION)], radii=0.03)
+        points = rr.Points3D(
+            [solid.shape.pose[:3, 3] for solid in ended], colors=[rgb(COLLISION)], radii=0.03
+        )
         stream.log(f"{root}/collision", points)
 
 

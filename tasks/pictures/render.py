@@ -61,9 +61,7 @@ def backdrop(camera: Camera, solids: Sequence[Solid], ground: float | None) -> B
         np.minimum(found.distances, floor.distances),
     )
     small = pooled(layer.colours)
-    return Backdrop(
-        camera, fine, layer, small, layer.distances[::FINER, ::FINER], obstacle & nearer, shapes
-    )
+    return Backdrop(camera, fine, layer, small, layer.distances[::FINER, ::FINER], obstacle & nearer, shapes)
 
 
 def picture(behind: Backdrop, arm: Sequence[Solid]) -> tuple[Image, Rays]:
