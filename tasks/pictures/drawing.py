@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import PIL.Image
@@ -61,7 +62,7 @@ def draw_line(brush: ImageDraw.ImageDraw, camera: Camera, nearest: Rays, line: L
     pixels, distances = camera.project(line.points)
     clear = visible(nearest, pixels, distances)
     width = max(round(FINER * line.width), 1)
-    for (start, end), seen in zip(pairs(pixels), clear[1:], strict=True):
+    for (start, end), seen in zip(pairwise(pixels), clear[1:], strict=True):
         ends = (*(FINER * start), *(FINER * end))
         brush.line(ends, fill=(line.colour + f"{CLEAR if seen else HIDDEN:02x}"), width=width)
 
@@ -86,11 +87,6 @@ def visible(
     columns = np.clip(pixels[:, 0].astype(int), 0, width - 1)
     rows = np.clip(pixels[:, 1].astype(int), 0, height - 1)
     return np.asarray(distances <= nearest[rows, columns] + NEAR)
-
-
-def pairs(points: FloatArray) -> zip[tuple[FloatArray, FloatArray]]:
-    """Each point with the one after it."""
-    return zip(points[:-1], points[1:], strict=True)
 
 
 def written(image: PIL.Image.Image, words: str) -> PIL.Image.Image:

@@ -29,7 +29,7 @@ def trajectory_shot(lake: Lake, trajectory_id: str) -> Shot:
 
 def selection_rows(lake: Lake, selection_id: str) -> list[dict[str, Any]]:
     """What a selection kept; PlancurateError where there is none of that id."""
-    rows = lake.query("pictures/selection", selection_id=selection_id).to_pylist()
+    rows: list[dict[str, Any]] = lake.query("pictures/selection", selection_id=selection_id).to_pylist()
     if not rows:
         raise PlancurateError(
             f"{lake.root}: no selection '{selection_id}'; plancurate sql \"SELECT DISTINCT selector, budget, "
@@ -70,7 +70,7 @@ def ways_shot(lake: Lake, study: str, scene: str, target_id: int | None, world: 
 def run_of(row: Mapping[str, Any], colour: str = GOOD, said: str = "") -> Run:
     """A planned trajectory as a motion."""
     q = np.array(row["q"], dtype=np.float64)
-    return Run(np.arange(len(q)) * float(row["dt"]), q, colour, said)
+    return Run(np.arange(len(q), dtype=np.float64) * float(row["dt"]), q, colour, said)
 
 
 def path_of(robot: Robot, row: Mapping[str, Any]) -> FloatArray:

@@ -85,12 +85,12 @@ def normals(shape: Shape, points: Rays) -> Rays:
             end = size[1] - np.abs(local[:, 2]) < 1e-3 * size[1]
             outward[:, 2] = 0
             outward[end] = np.sign(local[end]) * np.array([0, 0, 1], dtype=np.float32)
-    return outward / np.sqrt(dot(outward, outward))[:, None] @ turn.T
+    return np.asarray(outward / np.sqrt(dot(outward, outward))[:, None] @ turn.T, dtype=np.float32)
 
 
 def dot(one: Rays, other: Rays) -> Rays:
     """Products (m,) of vectors (m, 3): faster than a sum over such a short axis."""
-    return np.einsum("ij,ij->i", one, other)
+    return np.asarray(np.einsum("ij,ij->i", one, other))
 
 
 def extent(shape: Shape) -> float:

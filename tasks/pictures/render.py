@@ -131,7 +131,8 @@ def floor_layer(camera: Camera, ground: float | None, blockers: Sequence[Shape])
     way = camera.rays[rows, columns]
     along = (np.float32(ground) - np.float32(camera.eye[2])) / way[:, 2]
     points = np.array(camera.eye, dtype=np.float32) + along[:, None] * way
-    line = (np.abs((points[:, :2] + GRID_STEP / 2) % GRID_STEP - GRID_STEP / 2) < GRID_WIDTH / 2).any(axis=1)
+    off = np.abs((points[:, :2] + GRID_STEP / 2) % GRID_STEP - GRID_STEP / 2)
+    line = np.asarray((off < GRID_WIDTH / 2).any(axis=1))
     surface = np.where(line[:, None], GRID, FLOOR)
     surface = surface * np.where(in_shadow(points, blockers), SHADE + 0.2, 1.0)[:, None]
     away = np.linalg.norm(np.array(camera.at) - camera.eye)

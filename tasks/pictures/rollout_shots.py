@@ -36,7 +36,9 @@ def rollout_run(
         contact, touching = first_contact(robot, scene, path[-1], trials.refused[0])
         path = np.concatenate([path, contact[None]])
     colour = BAD if failure else GOOD
-    return Run(np.arange(len(path)) * dt, path, colour, ended(trials, failure), position, touching)
+    return Run(
+        np.arange(len(path), dtype=np.float64) * dt, path, colour, ended(trials, failure), position, touching
+    )
 
 
 def first_contact(
