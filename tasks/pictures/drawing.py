@@ -43,7 +43,7 @@ class Dot:
 def drawn(
     image: Image, nearest: Rays, camera: Camera, lines: Sequence[Line], dots: Sequence[Dot], words: str = ""
 ) -> Image:
-    """The picture (h, w, 3) with lines, then dots, then words at its foot; `nearest` (h, w), m, hides what is behind."""
+    """The picture (h, w, 3) with lines, dots and words at its foot; `nearest` (h, w), m, hides what is behind."""
     size = (FINER * camera.width, FINER * camera.height)
     sheet = PIL.Image.new("RGBA", size)
     brush = ImageDraw.Draw(sheet)

@@ -18,7 +18,7 @@ from plancurate.tasks.study.studies import find_study
 def rollout_shots(
     home: Home, choice: Choice, target: tuple[float, float, float] | None = None, against: str | None = None
 ) -> list[Shot]:
-    """The chosen policy's way to a target, m; before it, if one is named, the way of the same policy on another selection."""
+    """The chosen policy's way to a target, m; `against` names a selection whose policy is shown to its left."""
     own = study_policy(home, choice)
     where = replace(choice, scene=own.scene.name, policy=own.row.policy, selector=against)
     shown = [own] if against is None else [study_policy(home, where), own]
