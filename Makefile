@@ -2,10 +2,12 @@
 # make test    sets everything up with the test tools and runs the test suite
 # make check   lint, and the tests that start no server and train nothing, within a minute
 # make lint    ruff, mypy and the allowed imports      make bench  the performance claims
+# make test-exports  the exports as robomimic and LeRobot load them, in an environment of their own (.venv-exports)
 # make serve   Prefect, MLflow and a worker with every deployment, until Ctrl-C
 
 PYTHON ?= python3
 VENV ?= .venv
+VENV_EXPORTS ?= .venv-exports
 PRESET ?= quick
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
@@ -14,7 +16,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
 PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 NATIVE := $(wildcard native/*/*.cpp native/*/*.hpp native/*.cmake native/CMakeLists.txt)
 
-.PHONY: study test check lint bench serve setup setup-test clean
+.PHONY: study test test-exports check lint bench serve setup setup-test clean
 
 study: setup
 	@$(BIN)/plancurate study --preset $(PRESET)
@@ -24,6 +26,9 @@ test: setup-test
 
 check: lint
 	@$(PYTEST) -m "not server and not training"
+
+test-exports: setup-test $(VENV_EXPORTS)/installed
+	@EXPORTS_PYTHON=$(VENV_EXPORTS)/bin/python $(BIN)/python -m pytest tests/exports/real_loaders.py
 
 lint: setup-test
 	@$(BIN)/ruff check . && $(BIN)/ruff format --check .
@@ -41,7 +46,7 @@ setup: $(VENV)/installed
 setup-test: $(VENV)/installed-test
 
 clean:
-	rm -rf $(VENV) build
+	rm -rf $(VENV) $(VENV_EXPORTS) build
 
 $(VENV)/installed: $(VENV)/bin/python $(VENV)/system pyproject.toml constraints.txt $(NATIVE)
 	@echo "installing plancurate into $(VENV) (a few minutes the first time)"
@@ -56,6 +61,12 @@ $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "plancurate needs Python 3.11 or newer: call make with PYTHON=python3.11"; exit 2; }
 	@$(PYTHON) -m venv $(VENV) || { echo "python3-venv is missing: apt install python3-venv"; exit 2; }
+
+$(VENV_EXPORTS)/installed: tests/exports/loaders/requirements.txt Makefile
+	@$(PYTHON) -m venv $(VENV_EXPORTS)
+	@$(VENV_EXPORTS)/bin/python -m pip --disable-pip-version-check -qq install -r $<
+	@$(VENV_EXPORTS)/bin/python -m pip --disable-pip-version-check -qq install --no-deps robomimic==0.3.0 lerobot==0.4.4
+	@touch $@
 
 # OMPL is the one thing that pip does not bring.
 $(VENV)/system: $(VENV)/bin/python

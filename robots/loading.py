@@ -31,16 +31,22 @@ def load_robot(name_or_folder: str | Path) -> Robot:
     """Load a robot by name, or from a folder with `robot.yaml`; PlancurateError says what cannot be taken."""
     folder = _robot_folder(name_or_folder)
     file = folder / "robot.yaml"
-    content = read_yaml(file, RobotFile)
-    urdf = read_urdf(folder / content.urdf)
+    robot = build_robot(file, read_yaml(file, RobotFile), file.read_bytes())
+    _require_free_home(file, robot)
+    return robot
+
+
+def build_robot(file: Path, content: RobotFile, written: bytes) -> Robot:
+    """Build what `content` says, the content of `file` as `written`; whether its home is free is not looked at."""
+    urdf = read_urdf(file.parent / content.urdf)
     chain = serial_chain(urdf)
     tool = _tool(file, content, chain)
     limits = joint_limits(file, content, chain)
     shapes = link_shapes(urdf, chain)
     allowed = allowed_pairs(file, content, chain)
     unchecked = _known_links(file, content.scene_unchecked_links, urdf)
-    robot = Robot(
-        name=folder.resolve().name,
+    return Robot(
+        name=file.parent.resolve().name,
         urdf=urdf.file,
         joint_names=tuple(joint.name for joint in chain.joints),
         lower=limits.lower,
@@ -60,14 +66,12 @@ def load_robot(name_or_folder: str | Path) -> Robot:
             pairs=checked_pairs(shapes, allowed),
             scene_shapes=scene_shapes(shapes, unchecked),
         ),
-        digest=hashlib.sha256(file.read_bytes() + urdf.file.read_bytes()).hexdigest()[:12],
+        digest=hashlib.sha256(written + urdf.file.read_bytes()).hexdigest()[:12],
         allowed_contacts=allowed,
         scene_unchecked_links=unchecked,
         chain=chain,
         shapes=shapes,
     )
-    _require_free_home(file, robot)
-    return robot
 
 
 def _robot_folder(name_or_folder: str | Path) -> Path:

@@ -78,6 +78,20 @@ class Round(Entry):
         return Shape(self.kind, size, self.pose(frame))
 
 
+class SizedFor(BaseModel):
+    """The arm that a file's metres are meant for: its reach, and its shoulder's height above the base, m."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    reach: Positive
+    shoulder: Finite
+
+    def frame(self, reach: float, shoulder: FloatArray) -> Frame:
+        """What the lengths mean for another arm: as far from its shoulder, by its reach."""
+        unit = reach / self.reach
+        return Frame(unit, shoulder - unit * np.array([0.0, 0.0, self.shoulder]))
+
+
 class RegionEntry(BaseModel):
     """A box by its corners, in which targets are drawn."""
 
@@ -101,7 +115,8 @@ class SceneFile(BaseModel):
     """A scene: `ground` is the floor's height in m or null, `margin` the clearance in m that plans keep.
 
     With `scale: reach` all other lengths are multiples of the robot's reach, and positions are seen from its
-    shoulder, so that the scene suits any arm. `start` names joint positions (of the robots that it lists, or of any),
+    shoulder, so that the scene suits any arm. With `sized_for` they are metres for the arm that it describes, and are
+    scaled to any other's reach and shoulder. `start` names joint positions (of the robots that it lists, or of any),
     `start_tool` a tool position to start at instead; `tool_axis` is where the tool's z axis points at targets.
     """
 
@@ -110,6 +125,7 @@ class SceneFile(BaseModel):
     ground: Finite | None
     margin: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.005
     scale: Literal["metres", "reach"] = "metres"
+    sized_for: SizedFor | None = None
     start: dict[str, tuple[Finite, ...]] | tuple[Finite, ...] | None = None
     start_tool: Triple | None = None
     tool_axis: Triple | None = None
@@ -122,6 +138,14 @@ class SceneFile(BaseModel):
         for name in names:
             if names.count(name) > 1:
                 raise ValueError(f"shape name '{name}' is given twice; every shape needs its own")
+        return self
+
+    @model_validator(mode="after")
+    def _one_scale(self) -> Self:
+        if self.scale == "reach" and self.sized_for is not None:
+            raise ValueError(
+                "sized_for says what metres are meant for; scale: reach has none, leave one of them out"
+            )
         return self
 
     @model_validator(mode="after")

@@ -55,8 +55,7 @@ def load_scene(name_or_file: str | Path, robot: Robot | None = None) -> Scene:
 
 
 def _build(name: str, where: str, content: SceneFile, robot: Robot | None) -> Scene:
-    by_reach = content.scale == "reach" and robot is not None
-    frame = Frame(robot.reach, robot.shoulder) if by_reach and robot else METRES
+    frame = METRES if robot is None else _frame(content, robot)
     shapes = tuple(SceneShape(entry.name, entry.to_shape(frame)) for entry in content.shapes)
     regions = tuple(entry.to_region(name, frame) for name, entry in content.regions.items())
     axis = None if content.tool_axis is None else _unit(np.array(content.tool_axis))
@@ -65,6 +64,12 @@ def _build(name: str, where: str, content: SceneFile, robot: Robot | None) -> Sc
     start = None if robot is None else scene_start(where, content, frame, robot, scene)
     started = replace(scene, start=start)
     return replace(started, digest=_digest(started))
+
+
+def _frame(content: SceneFile, robot: Robot) -> Frame:
+    if content.sized_for is not None:
+        return content.sized_for.frame(robot.reach, robot.shoulder)
+    return Frame(robot.reach, robot.shoulder) if content.scale == "reach" else METRES
 
 
 def _digest(scene: Scene) -> str:

@@ -73,12 +73,13 @@ def read_urdf(file: Path) -> Urdf:
 def _link(file: Path, element: ET.Element) -> Link:
     name = element.get("name", "")
     where = f"{file}: link '{name}'"
-    shapes = tuple(_shape(where, collision) for collision in element.findall("collision"))
+    shapes = tuple(read_shape(where, collision) for collision in element.findall("collision"))
     mass = element.find("inertial/mass")
     return Link(name, shapes, None if mass is None else numbers(where, mass, "value", 1)[0])
 
 
-def _shape(where: str, collision: ET.Element) -> Shape:
+def read_shape(where: str, collision: ET.Element) -> Shape:
+    """The one primitive of a <collision>; PlancurateError starts with `where`."""
     geometry = collision.find("geometry")
     solids = [] if geometry is None else list(geometry)
     if len(solids) != 1:
@@ -115,7 +116,7 @@ def _joint(file: Path, element: ET.Element) -> Joint:
         parent=_end(where, element, "parent"),
         child=_end(where, element, "child"),
         origin=origin_of(where, element),
-        axis=_axis(where, element),
+        axis=np.array([1.0, 0.0, 0.0]) if kind == "fixed" else _axis(where, element),
         lower=lower,
         upper=upper,
         velocity=velocity,

@@ -28,22 +28,31 @@ REFUSALS = {
 COMMANDS = {
     "Run a study": [
         "stages:study", "stages:generate", "stages:curate", "stages:train", "stages:refine",
-        "stages:evaluate", "stages:compact",
+        "stages:evaluate",
     ],
     "Move": ["predict:predict", "verify:verify"],
     "See what came out": ["report:report", "compare:compare", "show", "sql:sql", "serve:serve"],
+    "Hand it on": ["export:export"],
     "See what there is": [
-        "fields:fields", "planning:robots", "scenes", "planning:planners", "registered:selectors",
+        "fields:fields", "robots", "scenes", "lake", "planning:planners", "registered:selectors",
         "registered:policies", "doctor:doctor",
     ],
 }  # fmt: skip
 
 # Commands with commands of their own, named above without a module.
 FAMILIES = {
-    "scenes": ("Look into scenes before a study: scenes check NAME.", ["scenes:check"]),
     "show": (
         "Make pictures, films and recordings: show scene NAME, show rollout --study NAME.",
         ["show:scene", "show:robot", "show:trajectory", "show:selection", "show:ways", "show:rollout"],
+    ),
+    "robots": (
+        "List robots and scenes, add a robot from a URDF, check one.",
+        ["robots:list", "robots:add", "robots:check"],
+    ),
+    "scenes": ("Look into scenes before a study: scenes check NAME.", ["scenes:check"]),
+    "lake": (
+        "Look after the lake: lake status, check, compact, gc.",
+        ["lake:status", "lake:check", "stages:compact", "lake:gc"],
     ),
 }
 

@@ -10,9 +10,9 @@ from collections.abc import Callable
 
 from plancurate.errors import PlancurateError
 from plancurate.flows.cli.console import output
+from plancurate.flows.cli.lake import check as check_lake
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.server.prefect_server import check_reachable, configured_url
-from plancurate.tasks.lake.checkup import checkup, looked_at
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study import tracking
 
@@ -26,22 +26,12 @@ def doctor(*, lake: bool = False, options: HomeOptions = HomeOptions()) -> None:
     Parameters
     ----------
     lake
-        Check what is in the home folder instead: every stored file against its checksum, every audit.
+        Check what is in the home folder instead, as `plancurate lake check` does.
     """
-    home = options.folder()
     if lake:
-        check_lake(home)
+        check_lake(options)
     else:
-        check_installation(home)
-
-
-def check_lake(home: Home) -> None:
-    """Print a line for everything that is wrong in the home and exit with 1, or one line that nothing is."""
-    lines = checkup(home)
-    for line in lines or [f"{home.lake}: {looked_at(home)}, nothing wrong"]:
-        output.print(line, highlight=False, markup=False, soft_wrap=True)
-    if lines:
-        sys.exit(1)
+        check_installation(options.folder())
 
 
 def check_installation(home: Home) -> None:

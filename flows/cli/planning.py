@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from plancurate import native
 from plancurate.flows.cli.console import output, table
 from plancurate.robots import load_robot, load_world, robot_names, scene_names
 
 
-def robots() -> None:
-    """List robots and scenes."""
-    shown = table("robot", "joints", "tool", "home", "limits (rad)")
-    for name in robot_names():
+def show_robots() -> None:
+    """Print the robots that come with the package and those in this folder, and the scenes."""
+    shown = table("robot", "joints", "tool", "home", "limits (rad, m)")
+    here = sorted(file.parent.name for file in Path().glob("*/robot.yaml"))
+    for name in dict.fromkeys([*robot_names(), *here]):
         robot = load_robot(name)
         home = native.fk(robot.native, robot.home[None])[0, :3, 3]
         limits = ", ".join(

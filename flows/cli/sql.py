@@ -25,7 +25,7 @@ MOST_WIDE = 10_000  # characters
 def sql(
     query: str, *, format: Literal["table", "csv", "json"] = "table", options: HomeOptions = HomeOptions()
 ) -> None:
-    """Ask the lake, read-only: views trajectories, targets, ways, selections, evaluations, studies, waypoints."""
+    """Ask the lake, read-only: views trajectories, ways, selections, evaluations, results, studies, ..."""
     rows = Lake(options.folder().lake).sql(query, say)
     if format == "table":
         show(as_table(rows))

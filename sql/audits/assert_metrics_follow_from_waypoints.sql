@@ -6,8 +6,8 @@ WITH defined AS (
         duration,
         n_waypoints,
         final_distance,
-        joint_movement_of(q) AS defined_joint_movement,
-        duration_of(q, dt) AS defined_duration,
+        joint_movement(q) AS defined_joint_movement,
+        duration(q, dt) AS defined_duration,
         len(q) AS defined_n_waypoints,
         distance_between(tool_x, tool_y, tool_z, target_x, target_y, target_z) AS defined_final_distance
     FROM trajectories

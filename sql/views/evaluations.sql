@@ -1,6 +1,12 @@
 -- One row a trial: one policy, trained on one selection with one seed, sent to one test target.
 CREATE OR REPLACE VIEW evaluations AS
-SELECT robot, scene, pool, study, * EXCLUDE (robot, scene, pool, study, filename)
+SELECT
+    robot,
+    scene,
+    pool,
+    study,
+    * EXCLUDE (robot, scene, pool, study, filename),
+    CASE WHEN NOT success THEN concat_ws(': ', failure, nullif(failure_detail, '')) END AS failure_reason
 FROM read_parquet(
     evaluations_parts(),
     filename = true,

@@ -2,7 +2,7 @@
 -- kinematics, so path_length and smoothness are columns only.
 
 -- q: waypoints x joints. Sum over steps and joints of the absolute joint differences, rad (m).
-CREATE OR REPLACE MACRO joint_movement_of(q) AS coalesce(list_sum(list_transform(
+CREATE OR REPLACE MACRO joint_movement(q) AS coalesce(list_sum(list_transform(
     range(2, len(q) + 1),
     lambda i: list_sum(list_transform(
         range(1, len(q[i]) + 1),
@@ -11,7 +11,7 @@ CREATE OR REPLACE MACRO joint_movement_of(q) AS coalesce(list_sum(list_transform
 )), 0);
 
 -- Seconds from the first waypoint to the last one.
-CREATE OR REPLACE MACRO duration_of(q, dt) AS greatest(len(q) - 1, 0) * dt;
+CREATE OR REPLACE MACRO duration(q, dt) AS greatest(len(q) - 1, 0) * dt;
 
 -- Metres between two points.
 CREATE OR REPLACE MACRO distance_between(x1, y1, z1, x2, y2, z2) AS

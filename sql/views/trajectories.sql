@@ -2,7 +2,13 @@
 -- side by side for a while, hence the last line; DuckDB 2.0 turns row_number() = 1 and min(filename) into
 -- two scans that list the folder one after the other, dense_rank() stays a single scan.
 CREATE OR REPLACE VIEW trajectories AS
-SELECT robot, scene, pool, planner, * EXCLUDE (robot, scene, pool, planner, filename)
+SELECT
+    robot,
+    scene,
+    pool,
+    planner,
+    * EXCLUDE (robot, scene, pool, planner, filename),
+    CASE WHEN NOT solved THEN reason WHEN NOT verified THEN verify_reason END AS failure_reason
 FROM read_parquet(
     trajectories_parts(),
     filename = true,

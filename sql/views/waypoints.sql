@@ -1,4 +1,4 @@
--- One row a waypoint of a solved trajectory: step 0, 1, ... at t seconds; q holds one value a joint (rad, m).
+-- One row a waypoint of a solved trajectory, from step 0 on at t seconds; q holds a value a joint (rad, m).
 CREATE OR REPLACE VIEW waypoints AS
 SELECT
     robot,

@@ -10,6 +10,7 @@ from pathlib import Path
 import duckdb
 
 from plancurate.sql import load
+from plancurate.tasks.lake.comments import COLUMNS, comment, quoted
 from plancurate.tasks.lake.parts import publish, temporary_path
 from plancurate.tasks.lake.schema import TABLES
 
@@ -22,8 +23,11 @@ DERIVED_VIEWS = {
     "study_trials": {"evaluations", "studies"},
     "final_trials": {"evaluations", "studies"},
     "scene_trials": {"evaluations", "studies"},
+    "results": {"evaluations", "studies"},
+    "only_selection": {"selections"},
+    "selection_diff": {"selections"},
 }
-"""Views and table macros over the tables' own views, with the tables that they read; later ones read earlier ones."""
+"""Views and macros over the tables' own views, with the tables that they read; later ones read earlier ones."""
 
 
 def define_views(connection: duckdb.DuckDBPyConnection, parts: Mapping[str, Sequence[Path]]) -> None:
@@ -43,7 +47,7 @@ def write_catalog(root: Path) -> Path:
     """Write root/catalog.duckdb unless it already says the same; it reads the lake that it lies in, even copied."""
     path = root / CATALOG_NAME
     statements = list(_catalog_statements())
-    digest = hashlib.sha256("".join(statements).encode()).hexdigest()
+    digest = hashlib.sha256("".join((*statements, *COLUMNS.values())).encode()).hexdigest()
     if _digest_of(path) == digest:
         return path
     temporary = temporary_path(path)
@@ -53,11 +57,12 @@ def write_catalog(root: Path) -> Path:
                 "SET VARIABLE lake_folder = $1", [str(root.resolve())]
             )  # views are tried at once
             connection.execute(
-                f"ATTACH {_quoted(str(temporary))} AS built (STORAGE_VERSION '{_STORAGE_VERSION}')"
+                f"ATTACH {quoted(str(temporary))} AS built (STORAGE_VERSION '{_STORAGE_VERSION}')"
             )
             connection.execute("USE built")
-            for statement in (*statements, f"CREATE MACRO catalog_digest() AS {_quoted(digest)}"):
+            for statement in (*statements, f"CREATE MACRO catalog_digest() AS {quoted(digest)}"):
                 connection.execute(statement)
+            comment(connection)
             connection.execute("USE memory")
             connection.execute("DETACH built")
         publish(temporary, path)
@@ -69,13 +74,14 @@ def write_catalog(root: Path) -> Path:
 def _catalog_statements() -> Iterator[str]:
     yield load("views/beside")
     for kind in TABLES.values():
-        pattern = _quoted(f"{kind.name}/{kind.pattern}")
+        pattern = quoted(f"{kind.name}/{kind.pattern}")
         yield f"CREATE MACRO {kind.name}_parts() AS lake_files({pattern})"
     yield from _views(TABLES)
 
 
 def _views(names: Mapping[str, object]) -> Iterator[str]:
     yield load("views/macros")
+    yield load("views/statistics")
     for name in names:
         yield load(f"views/{name}")
     for name, tables in DERIVED_VIEWS.items():
@@ -93,7 +99,3 @@ def _digest_of(path: Path) -> str | None:
     except duckdb.Error:
         return None
     return str(row[0]) if row else None
-
-
-def _quoted(text: str) -> str:
-    return "'" + text.replace("'", "''") + "'"

@@ -94,8 +94,8 @@ def _leave_to_parent() -> None:
 
 @atexit.register
 def _close_all() -> None:
-    for session in _idle:
-        session.close()
+    while _idle:  # DuckDB's binding complains of connections that are there in the end
+        _idle.pop().close()
 
 
 os.register_at_fork(after_in_child=_leave_to_parent)

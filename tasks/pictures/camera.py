@@ -18,7 +18,8 @@ DIRECTION = (
     -0.78,
     0.46,
 )  # from the robot's side, a little from behind, so that one looks into shelves
-FILLED = 0.94  # of the picture, in its height or its width
+FILLED = np.array([0.94, 0.84])  # of the picture, in its width or its height: words stand at the foot
+MIDDLE = np.array([0.5, 0.46])  # of what is filled
 ROUNDS = 8  # of moving the camera until that is so
 
 
@@ -80,9 +81,9 @@ def camera_for(
         pixels, distances = camera.project(centres)
         spread = (camera.focal * radii / distances)[:, None]
         least, most = (pixels - spread).min(axis=0), (pixels + spread).max(axis=0)
-        aside = (least + most) / 2 - half
+        aside = (least + most) / 2 - 2 * half * MIDDLE
         at = at + away / camera.focal * (aside @ camera.turn[:2])
-        away *= float(((most - least) / 2 / half).max()) / FILLED
+        away *= float(((most - least) / 2 / half / FILLED).max())
     return camera
 
 

@@ -52,7 +52,9 @@ class Stage:
         """Shapes that the picture must hold."""
         robot, scene = self.shot.robot, self.shot.scene
         arms = [solid.shape for q in thinned(self.shot.states, FRAMED) for solid in arm_solids(robot, q)]
-        return [*arms, *(entry.shape for entry in scene.shapes)]
+        points = [line.points for line in self.shot.lines] + [dot.at[None] for dot in self.shot.dots]
+        marks = [point_at(point) for cloud in points for point in (cloud.min(axis=0), cloud.max(axis=0))]
+        return [*arms, *marks, *(entry.shape for entry in scene.shapes)]
 
     def at_rest(self) -> Image:
         """The arm at home, with the shot's lines and dots."""
@@ -81,6 +83,13 @@ class Stage:
         ended = at >= run.times[-1] and run.said
         words = "; ".join(filter(None, (self.shot.title, run.said if ended else "")))
         return self.image(run.state(at), [*before, (run, at)], words)
+
+
+def point_at(position: FloatArray) -> Shape:
+    """A point (3,), m, as a shape."""
+    pose = np.eye(4)
+    pose[:3, 3] = position
+    return Shape("sphere", (0.0, 0.0, 0.0), pose)
 
 
 def length(shot: Shot) -> float:

@@ -108,3 +108,36 @@ def test_a_home_without_a_lake_is_a_mistake(tmp_path: Path, capsys: pytest.Captu
     assert (code, len(errors)) == (2, 1)
     assert "no lake at" in errors[0]
     assert not (tmp_path / "nowhere").exists()
+
+
+def test_the_lakes_own_check_is_the_doctors(
+    home: Path, small_lake: Lake, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (small_lake.folder("trajectories", RRT) / "part-000000.parquet").write_bytes(b"changed")
+    answer = said(capsys, home, "lake", "check")
+    assert answer == said(capsys, home, "doctor", "--lake")
+    assert answer[0] == 1
+
+
+def test_the_status_names_tables_pools_and_studies(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, lines, _ = said(capsys, home, "lake", "status")
+    assert code == 0
+    assert ["trajectories", "6", "18"] in [line.split()[:3] for line in lines]
+    assert ["0a1b2c", "h2017", "free", "3", "18"] in [line.split()[:5] for line in lines]
+    assert lines[-1].endswith("none")
+
+
+def test_gc_shows_first_and_drops_when_told(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    network = home / "models" / "BC_MLP-s0-0123"
+    code, lines, _ = said(capsys, home, "lake", "gc")
+    assert (code, lines) == (0, [f"{home}: nothing to drop"])
+    code, lines, _ = said(capsys, home, "lake", "gc", "BC_MLP-s0-0123")
+    assert lines[-1].endswith("--no-dry-run drops them")
+    assert network.exists()
+    code, lines, _ = said(capsys, home, "lake", "gc", "BC_MLP-s0-0123", "--no-dry-run")
+    assert lines[0].startswith("network BC_MLP-s0-0123  0.00 MB  models/")
+    assert lines[-1].startswith("1 dropped")
+    assert not network.exists()
+    code, _, errors = said(capsys, home, "lake", "gc", "--keep-days", "-1")
+    assert code == 2
+    assert len(errors) == 1

@@ -31,6 +31,7 @@ for line in sys.stdin:
 else:
     sys.exit()
 signal.alarm(call["seconds"])
+os.chdir(call["folder"])
 os.environ.clear()
 os.environ.update(call["environment"])
 for descriptor, name in enumerate(call["files"]):
@@ -54,14 +55,17 @@ class Commands:
             [sys.executable, "-c", FORK], env=environment(), stdin=pipe, stdout=pipe, text=True
         )
 
-    def run(self, *words: str, **variables: str) -> subprocess.CompletedProcess[str]:
-        """Run a command with environment variables of its own; one that hangs is killed after TIMEOUT_S."""
+    def run(
+        self, *words: str, folder: Path | None = None, **variables: str
+    ) -> subprocess.CompletedProcess[str]:
+        """Run a command in a folder with environment variables of its own; one that hangs is killed after TIMEOUT_S."""
         assert self.process.stdin is not None
         assert self.process.stdout is not None
         for file in self.outputs:
             file.write_bytes(b"")
         call = {
             "words": words,
+            "folder": str(folder or Path.cwd()),
             "environment": environment(**variables),
             "files": ["/dev/null", *map(str, self.outputs)],
             "seconds": TIMEOUT_S,

@@ -56,9 +56,11 @@ def test_the_pages_hold_commands_and_examples() -> None:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_documented_command_runs(command: str, home: Path, plancurate_on_shared_server: Command) -> None:
+def test_a_documented_command_runs(
+    command: str, home: Path, tmp_path: Path, plancurate_on_shared_server: Command
+) -> None:
     words = shlex.split(command, comments=True)[1:]
-    done = plancurate_on_shared_server(*words, PLANCURATE_HOME=str(home))
+    done = plancurate_on_shared_server(*words, folder=tmp_path, PLANCURATE_HOME=str(home))
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
 

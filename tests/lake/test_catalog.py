@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import pytest
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.catalog import write_catalog
+from plancurate.tasks.lake.comments import COLUMNS
 from plancurate.tasks.lake.schema import TABLES
 from plancurate.tasks.lake.store import Lake
 
@@ -54,7 +56,7 @@ def test_the_catalog_can_be_attached_beside_other_databases(small_lake: Lake) ->
             connection.sql("FROM lake.trajectories")
         connection.execute(f"SET VARIABLE lake_folder = '{small_lake.root}'")
         rows = connection.sql(
-            "SELECT joint_movement, lake.joint_movement_of(q) FROM lake.trajectories WHERE solved"
+            "SELECT joint_movement, lake.joint_movement(q) FROM lake.trajectories WHERE solved"
         )
         assert all(stored == pytest.approx(again, abs=1e-6) for stored, again in rows.fetchall())
 
@@ -176,3 +178,37 @@ def test_a_look_through_the_catalog_lists_the_folder_once(small_lake: Lake, name
     with duckdb.connect(str(write_catalog(small_lake.root)), read_only=True) as connection:
         plan = connection.execute(f"EXPLAIN SELECT * FROM {name}{rest}").fetchall()[0][1]
     assert plan.count("READ_PARQUET") == 1
+
+
+def test_every_view_and_column_is_explained_to_whoever_opens_the_catalog(small_lake: Lake) -> None:
+    with duckdb.connect(str(write_catalog(small_lake.root)), read_only=True) as connection:
+        views = dict(
+            connection.sql("SELECT view_name, comment FROM duckdb_views() WHERE NOT internal").fetchall()
+        )
+        columns = {
+            (view, column): comment
+            for view, column, comment in connection.sql(
+                "SELECT table_name, column_name, comment FROM duckdb_columns() WHERE NOT internal"
+            ).fetchall()
+        }
+    assert set(views) == {*TABLES, "waypoints", "results"}
+    assert all(said.startswith("One row a") for said in views.values())
+    assert {view for view, _ in columns} == set(views)
+    assert [column for column, comment in columns.items() if not comment] == []
+    assert columns["trajectories", "plan_s"].endswith(", s")
+    assert columns["evaluations", "steps"] != columns["selections", "steps"]
+
+
+def test_nothing_is_explained_that_is_not_there(small_lake: Lake) -> None:
+    with duckdb.connect(str(write_catalog(small_lake.root)), read_only=True) as connection:
+        rows = connection.sql(
+            "SELECT table_name, column_name FROM duckdb_columns() WHERE NOT internal"
+        ).fetchall()
+    known = {column for _, column in rows} | {f"{view}.{column}" for view, column in rows}
+    assert set(COLUMNS) <= known
+
+
+@pytest.mark.parametrize("unit", ["m", "rad", "s", "cm"])
+def test_columns_whose_name_ends_in_a_unit_say_it(unit: str) -> None:
+    named = {name: said for name, said in COLUMNS.items() if name.endswith(f"_{unit}")}
+    assert all(re.search(rf"\b{unit}\b", said) for said in named.values())

@@ -3,11 +3,13 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from scipy.stats import binomtest
 
-from plancurate.errors import UnknownNameError
+from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.sql import load, names
 from plancurate.tasks.lake.schema import TABLES
 from plancurate.tasks.lake.store import Lake
+from plancurate.tasks.study.statistics import wilson_interval
 
 
 def test_a_query_is_found_by_name_and_an_unknown_one_names_the_nearest() -> None:
@@ -41,9 +43,9 @@ def test_examples_run_as_they_are_for_a_user(small_lake: Lake, maker: Any, name:
 
 def test_joint_movement_in_sql_is_the_sum_of_absolute_steps(small_lake: Lake) -> None:
     statement = (
-        "SELECT joint_movement_of([[0, 0], [1, -2], [1.5, -2]]) AS two_steps, "
-        "joint_movement_of([[1, 2]]) AS one, joint_movement_of([]::FLOAT[][]) AS none, "
-        "duration_of([[1], [2], [3]], 0.05::DOUBLE) AS duration"
+        "SELECT joint_movement([[0, 0], [1, -2], [1.5, -2]]) AS two_steps, "
+        "joint_movement([[1, 2]]) AS one, joint_movement([]::FLOAT[][]) AS none, "
+        "duration([[1], [2], [3]], 0.05::DOUBLE) AS duration"
     )
     assert small_lake.sql(statement).to_pylist() == [
         {"two_steps": 3.5, "one": 0.0, "none": 0.0, "duration": 0.1}
@@ -68,3 +70,81 @@ def test_planner_summary_counts_what_became_of_each_run(small_lake: Lake, maker:
     assert rows["RRT"]["commonest_reason"] == "no path"
     equal = small_lake.query("results/equal_candidates", study=study).to_pylist()
     assert [row["candidates"] for row in equal] == [6, 4, 6]
+
+
+@pytest.mark.parametrize(("k", "n"), [(0, 7), (7, 7), (3, 10), (1, 1), (60_000, 150_000)])
+def test_wilsons_interval_in_sql_is_scipys(small_lake: Lake, k: int, n: int) -> None:
+    (row,) = small_lake.sql(f"SELECT wilson_low({k}, {n}) AS low, wilson_high({k}, {n}) AS high").to_pylist()
+    assert list(row.values()) == pytest.approx(
+        list(binomtest(k, n).proportion_ci(method="wilson")), abs=1e-12
+    )
+
+
+def test_without_trials_there_is_no_interval(small_lake: Lake) -> None:
+    (row,) = small_lake.sql("SELECT wilson_low(0, 0) AS low, wilson_high(0, 0) AS high").to_pylist()
+    assert row == {"low": None, "high": None}
+
+
+@pytest.mark.parametrize(("one", "other"), [(0, 0), (3, 9), (5, 5), (0, 12), (400, 460)])
+def test_the_paired_test_in_sql_is_scipys_binomial_test(small_lake: Lake, one: int, other: int) -> None:
+    (row,) = small_lake.sql(f"SELECT paired_p({one}, {other}) AS p").to_pylist()
+    expected = binomtest(one, one + other).pvalue if one + other else 1.0
+    assert row["p"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_one_column_says_why_a_run_is_of_no_use(small_lake: Lake, maker: Any) -> None:
+    maker.plan("RRT", 2, "hit", trajectory_id="hit", run=9, verified=False, verify_reason="contact of link_4")
+    rows = small_lake.sql(
+        "SELECT trajectory_id, solved, verified, failure_reason FROM trajectories"
+    ).to_pylist()
+    reasons = {row["trajectory_id"]: row["failure_reason"] for row in rows}
+    assert reasons["hit"] == "contact of link_4"
+    assert reasons["t0001-RRT-r1-0a1b2c"] == "no path"
+    assert all(row["failure_reason"] is None for row in rows if row["verified"])
+
+
+def test_one_column_says_why_a_rollout_failed(small_lake: Lake, maker: Any) -> None:
+    maker.test(maker.record("tiny", "aaaaaaaa"), "General", None, "BC_MLP", "SRCL.")
+    reasons = small_lake.sql("SELECT failure_reason FROM evaluations ORDER BY test_id")["failure_reason"]
+    expected = [None, None, "collided: link_4 and table", "limits: joint_2 velocity", "lost"]
+    assert reasons.to_pylist() == expected
+
+
+def test_results_count_the_last_round_over_seeds(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("tiny", "aaaaaaaa")
+    other = maker.record("other", "bbbbbbbb")
+    maker.test(study, "General", None, "BC_MLP", "....", round=0)
+    maker.test(study, "General", None, "BC_MLP", "SR..", round=1)
+    maker.test(study, "General", None, "BC_MLP", "SSS.", round=1, seed=1)
+    maker.test(study, "Random", 2, "BC_MLP", "S.", round=1)
+    maker.test(other, "General", None, "BC_MLP", "..")
+    rows = small_lake.sql(
+        "SELECT name, study_key, selector, budget, round, n, successes, success_rate, success_low, settled_rate "
+        "FROM results ORDER BY name DESC, selector"
+    ).to_pylist()
+    assert [list(row.values())[:7] for row in rows] == [
+        ["tiny", "aaaaaaaa", "General", None, 1, 8, 5],
+        ["tiny", "aaaaaaaa", "Random", 2, 1, 2, 1],
+        ["other", "bbbbbbbb", "General", None, 0, 2, 0],
+    ]
+    assert rows[0]["success_rate"] == 0.625
+    assert rows[0]["settled_rate"] == 0.5
+    assert rows[0]["success_low"] == pytest.approx(wilson_interval(5, 8).low)
+
+
+def test_the_difference_of_selections_is_that_of_their_ids(small_lake: Lake, maker: Any) -> None:
+    for study in (maker.record("tiny", "aaaaaaaa"), maker.record("other", "bbbbbbbb")):  # both use it
+        maker.select(study, "KMeans", 1, [(0, "RRT", 0), (1, "RRT", 0)], score=1.5, rank=1)
+    maker.select(study, "Random", 1, [(1, "RRT", 0), (2, "PRM", 0)])
+    maker.select(study, "Random", 2, [(2, "PRM", 0)])
+    rows = small_lake.sql("FROM selection_diff('KMeans', 'Random-1') ORDER BY target_id").to_pylist()
+    shown = ("target_id", "planner", "kept_by", "score_a", "rank_a", "score_b")
+    assert [tuple(row[name] for name in shown) for row in rows] == [
+        (0, "RRT", "a", 1.5, 1, None),
+        (1, "RRT", "both", 1.5, 1, None),
+        (2, "PRM", "b", None, None, None),
+    ]
+    with pytest.raises(PlancurateError, match="2 selections begin with Random"):
+        small_lake.sql("FROM selection_diff('KMeans', 'Random')")
+    with pytest.raises(PlancurateError, match="0 selections begin with Nobody"):
+        small_lake.sql("FROM selection_diff('Nobody', 'KMeans')")

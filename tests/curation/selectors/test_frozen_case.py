@@ -24,6 +24,8 @@ FROZEN = {
     ("KMeans", 1): "6fadb58409cd43ef",
     ("KMeans_Hybrid", 2): "b45ae3b304d62a0f",
     ("KMeans_Hybrid_Worst", 1): "5d9b675862ba1c80",
+    ("DemInf", 1): "03073d8a14fef4c6",
+    ("DemInf_Native", 1): "1a97fe97eafa441b",
     ("ModeConsistent", 1): "323b0ac85d26098b",
     ("Random", 1): "594654eab6e2b309",
     ("Repair", 1): "8292a1921d242f49",
@@ -33,6 +35,7 @@ FROZEN = {
 LEARNED: dict[str, dict[str, object]] = {
     "BehaviorRetrieval": {"vae_steps": 20},
     "CUPID": {"steps": 20, "rollouts": 4, "projection": 4},
+    "DemoSCORE": {"steps": 200, "rollouts": 4, "classifier_steps": 20, "policies": 2},
     "SCIZOR": {"classifier_steps": 20},
 }
 FROZEN_LEARNED = {
@@ -42,6 +45,8 @@ FROZEN_LEARNED = {
     ("CUPID", 2): "c76cae21d8023e6f",
     ("CUPID_Global", 2): "be38671e9d5f96d4",
     ("CUPID_Native", 2): "6152227b9f4afde0",
+    ("DemoSCORE", 1): "33511492fbcf0271",
+    ("DemoSCORE_Native", 1): "11dc31f79249e8d1",
     ("SCIZOR", 2): "82e04d8884d2cb33",
     ("SCIZOR_Global", 2): "2852eb77c6ca60a6",
     ("SCIZOR_Native", 1): "6db4feb8c475f56d",

@@ -1,0 +1,1 @@
+"""Make a robot of plancurate from a vendor's URDF."""

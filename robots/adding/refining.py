@@ -1,0 +1,140 @@
+"""Primitives for all links: fitted to each alone, then again where they touch in states in which the links do not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from plancurate import native
+from plancurate.robots.adding.fitting import fit
+from plancurate.robots.adding.model import Model
+from plancurate.robots.adding.quality import boundary, depth, sample_surface
+from plancurate.robots.adding.solids import Solid
+from plancurate.robots.adding.surroundings import Surroundings, surroundings
+from plancurate.robots.scene import empty_scene
+from plancurate.robots.shapes import FloatArray, Shape
+
+DRAWS, LOOKED_AT = 4000, 40  # states drawn, and of those in which a pair touches, looked at
+APART = (
+    0.01  # of a link's size that two surfaces are apart at least where a touch of their primitives is false
+)
+EXCESS = 0.003  # share of states that a pair may touch falsely
+ROUNDS, MORE_SHAPES = 2, 2  # times that links are fitted again, with so many more primitives each time
+WEIGHT = (
+    10.0  # of where other links come to, as a multiple of all else that a link's primitives stick out into
+)
+POINTS, BOUNDARY = 3000, 400  # of a link's surface and of a primitive's
+
+Shapes = dict[str, tuple[Shape, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class FalseTouch:
+    """Two links: the share of states with a false touch; in some, the second's poses (k,4,4) seen from the first."""
+
+    links: tuple[str, str]
+    share: float
+    poses: FloatArray
+
+
+class Surfaces:
+    """Points of the links' surfaces, to tell how far two links are apart."""
+
+    def __init__(self, model: Model, solids: Mapping[str, Solid]) -> None:
+        rng = np.random.default_rng(0)
+        self.model, self.robot = model, model.of_shapes([])
+        self.points = {
+            link: sample_surface(solid.triangles, POINTS, rng)
+            for link, solid in solids.items()
+            if len(solid.triangles)
+        }
+        self.trees = {link: cKDTree(points) for link, points in self.points.items()}
+
+    def relative(self, first: str, second: str, states: FloatArray) -> FloatArray:
+        """Poses (b,4,4) of the second link seen from the first in states (b,n)."""
+        frames = native.joint_frames(self.robot, states)
+        return np.asarray(np.linalg.inv(self._poses(first, frames)) @ self._poses(second, frames))
+
+    def _poses(self, link: str, frames: FloatArray) -> FloatArray:
+        place = self.model.chain.placements[link]
+        moved = np.eye(4)[None] if place.frame == 0 else frames[:, place.frame - 1]
+        return np.asarray(moved @ place.pose)
+
+    def apart(self, first: str, second: str, poses: FloatArray) -> FloatArray:
+        """Distance (b,), m, of two links' points."""
+        return np.array(
+            [self.trees[first].query(moved(self.points[second], pose))[0].min() for pose in poses]
+        )
+
+    def gap(self, pair: tuple[str, str]) -> float:
+        """Distance, m, between the surfaces of two links that counts as apart."""
+        return APART * min(float(np.linalg.norm(np.ptp(self.points[link], axis=0))) for link in pair)
+
+
+def refined(model: Model, solids: Mapping[str, Solid], most: int) -> Shapes:
+    """Return primitives for each link's triangles, at most `most` before those that false touches ask for."""
+    meshed = {link: solid.triangles for link, solid in solids.items() if len(solid.triangles)}
+    rooms = {link: surroundings(triangles) for link, triangles in meshed.items()}
+    fitted = {link: fit(triangles, most, rooms[link]) for link, triangles in meshed.items()}
+    surfaces, states = Surfaces(model, solids), model.draw(DRAWS, seed=2)
+    touches = false_touches(model, fitted, surfaces, states)
+    for number in range(1, ROUNDS + 1):
+        asked = _narrowed(rooms, fitted, touches)
+        if not asked:
+            break
+        again = {link: fit(meshed[link], most + number * MORE_SHAPES, room) for link, room in asked.items()}
+        tried = fitted | again
+        found = false_touches(model, tried, surfaces, states)
+        if sum(touch.share for touch in found) < sum(touch.share for touch in touches):
+            fitted, touches = tried, found
+        rooms |= asked
+    return {link: (*solid.shapes, *fitted.get(link, ())) for link, solid in solids.items()}
+
+
+def false_touches(model: Model, fitted: Shapes, surfaces: Surfaces, states: FloatArray) -> list[FalseTouch]:
+    """Pairs of links whose primitives touch in too many of the states (b,n) in which their surfaces are apart."""
+    posed = model.with_shapes({link: fitted.get(link, ()) for link in model.chain.placements})
+    found = [_false_touch(posed, surfaces, pair, states) for pair in posed.unrelated_pairs()]
+    return [touch for touch in found if touch.share > EXCESS]
+
+
+def _false_touch(model: Model, surfaces: Surfaces, pair: tuple[str, str], states: FloatArray) -> FalseTouch:
+    touching = ~native.is_free(model.of_links(*pair), empty_scene().native, states)
+    poses = surfaces.relative(*pair, states[touching][:LOOKED_AT])
+    false = surfaces.apart(*pair, poses) > surfaces.gap(pair)
+    share = touching.mean() * false.mean() if len(false) else 0.0
+    return FalseTouch(pair, float(share), poses[false])
+
+
+def _narrowed(
+    rooms: Mapping[str, Surroundings], fitted: Shapes, touches: list[FalseTouch]
+) -> dict[str, Surroundings]:
+    """The surroundings of the links that touch falsely, with points of what they touch."""
+    extra: dict[str, list[FloatArray]] = {}
+    for touch in touches:
+        first, second = touch.links
+        extra.setdefault(first, []).append(_intruding(fitted[second], fitted[first], touch.poses))
+        back = np.asarray(np.linalg.inv(touch.poses), dtype=np.float64)
+        extra.setdefault(second, []).append(_intruding(fitted[first], fitted[second], back))
+    return {
+        link: rooms[link].with_points(np.concatenate(points), WEIGHT * rooms[link].union(fitted[link]))
+        for link, points in extra.items()
+        if sum(len(found) for found in points)
+    }
+
+
+def _intruding(others: tuple[Shape, ...], own: tuple[Shape, ...], poses: FloatArray) -> FloatArray:
+    """Points (p,3) of the boundaries of primitives, at the poses (k,4,4), that lie in some of one's own."""
+    rng = np.random.default_rng(0)
+    points = np.concatenate([boundary(shape, rng, BOUNDARY) for shape in others])
+    seen = np.concatenate([np.empty((0, 3)), *(moved(points, pose) for pose in poses)])
+    inside = np.any([depth(shape, seen) > 0 for shape in own], axis=0)
+    return np.asarray(seen[inside])
+
+
+def moved(points: FloatArray, pose: FloatArray) -> FloatArray:
+    """Points (n,3) brought to a pose (4,4)."""
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
