@@ -1,6 +1,6 @@
 """Rays through every pixel: an arm in a scene as an image, without a screen and without meshes.
 
-PyBullet's software renderer has no smooth edges, draws capsules as cones and takes three times as long.
+PyBullet's software renderer has no smooth edges and draws the round ends of capsules as cones; it is a little faster.
 """
 
 from __future__ import annotations
