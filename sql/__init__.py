@@ -7,7 +7,7 @@ from importlib.resources import files
 
 from plancurate.errors import UnknownNameError
 
-FOLDERS = ("views", "pool", "motion", "study", "results", "audits", "examples")
+FOLDERS = ("views", "pool", "motion", "pictures", "study", "results", "audits", "examples")
 
 
 @cache

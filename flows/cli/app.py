@@ -31,7 +31,7 @@ COMMANDS = {
         "stages:evaluate",
     ],
     "Move": ["predict:predict", "verify:verify"],
-    "See what came out": ["report:report", "compare:compare", "sql:sql", "serve:serve"],
+    "See what came out": ["report:report", "compare:compare", "show", "sql:sql", "serve:serve"],
     "Hand it on": ["export:export"],
     "See what there is": [
         "fields:fields", "robots", "scenes", "lake", "planning:planners", "registered:selectors",
@@ -41,6 +41,10 @@ COMMANDS = {
 
 # Commands with commands of their own, named above without a module.
 FAMILIES = {
+    "show": (
+        "Make pictures, films and recordings: show scene NAME, show rollout --study NAME.",
+        ["show:scene", "show:robot", "show:trajectory", "show:selection", "show:ways", "show:rollout"],
+    ),
     "robots": (
         "List robots and scenes, add a robot from a URDF, check one.",
         ["robots:list", "robots:add", "robots:check"],

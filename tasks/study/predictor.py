@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from plancurate.errors import PlancurateError, UnknownNameError
-from plancurate.robots import Robot, Scene
+from plancurate.robots import Robot, Scene, load_world
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.policies import TrainedPolicy
@@ -64,6 +64,22 @@ def study_policy(home: Home, choice: Choice) -> StudyPolicy:
     sources = (opened.config.robot, pool.scene_source)
     settings = PredictSettings(candidates=pool.settings, rollout=opened.config.evaluation)
     return StudyPolicy(row, load_network(opened, network), pool.robot, pool.scene, sources, settings)
+
+
+def study_world(lake: Lake, study: str, scene: str | None) -> tuple[Robot, Scene]:
+    """Robot and scene of a study by its identifier; the scene must be named where there are several."""
+    record = recorded_study(lake, study)
+    config = StudyConfig.model_validate(record.config)
+    worlds = {
+        loaded.name: (robot, loaded) for robot, loaded in (load_world(config.robot, s) for s in config.scenes)
+    }
+    if scene is None and len(worlds) > 1:
+        raise PlancurateError(
+            f"study {study}: has the scenes {', '.join(worlds)}; say which one with --scene"
+        )
+    if scene is not None and scene not in worlds:
+        raise UnknownNameError(f"scene of study {study}", scene, worlds)
+    return worlds[scene or next(iter(worlds))]
 
 
 def chosen_row(lake: Lake, study: str, choice: Choice) -> ResultRow:
