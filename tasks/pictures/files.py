@@ -46,7 +46,7 @@ def write_shots(file: Path, shots: Sequence[Shot], size: tuple[int, int]) -> Non
 
         whole(file, lambda path: write_recording(path, shots))
     elif kind == PNG:
-        image = side_by_side([still(shot, size) for shot in shots])
+        image = side_by_side([still(shot, size, shots) for shot in shots])
         whole(file, lambda path: path.write_bytes(png(image)))
     else:
         write = write_gif if kind == GIF else write_mp4

@@ -29,11 +29,14 @@ class Stage:
     shot: Shot
     size: tuple[int, int]
     direction: tuple[float, float, float] = DIRECTION
+    beside: Sequence[Shot] = ()
+    """Shots beside it, which are to be seen from the same place."""
 
     @cached_property
     def camera(self) -> Camera:
         """All that moves is in its view."""
-        return camera_for(self.in_view(), self.size, self.direction)
+        shapes = [shape for shot in (self.shot, *self.beside) for shape in in_view(shot)]
+        return camera_for(shapes, self.size, self.direction)
 
     @cached_property
     def behind(self) -> dict[frozenset[str], Backdrop]:
@@ -47,14 +50,6 @@ class Stage:
         if touched not in self.behind:
             self.behind[touched] = backdrop(self.camera, scene_solids(scene, touched), scene.ground)
         return self.behind[touched]
-
-    def in_view(self) -> list[Shape]:
-        """Shapes that the picture must hold."""
-        robot, scene = self.shot.robot, self.shot.scene
-        arms = [solid.shape for q in thinned(self.shot.states, FRAMED) for solid in arm_solids(robot, q)]
-        points = [line.points for line in self.shot.lines] + [dot.at[None] for dot in self.shot.dots]
-        marks = [point_at(point) for cloud in points for point in (cloud.min(axis=0), cloud.max(axis=0))]
-        return [*arms, *marks, *(entry.shape for entry in scene.shapes)]
 
     def at_rest(self) -> Image:
         """The arm at home, with the shot's lines and dots."""
@@ -85,6 +80,14 @@ class Stage:
         return self.image(run.state(at), [*before, (run, at)], words)
 
 
+def in_view(shot: Shot) -> list[Shape]:
+    """Shapes that a picture of the shot must hold."""
+    arms = [solid.shape for q in thinned(shot.states, FRAMED) for solid in arm_solids(shot.robot, q)]
+    points = [line.points for line in shot.lines] + [dot.at[None] for dot in shot.dots]
+    marks = [point_at(point) for cloud in points for point in (cloud.min(axis=0), cloud.max(axis=0))]
+    return [*arms, *marks, *(entry.shape for entry in shot.scene.shapes)]
+
+
 def point_at(position: FloatArray) -> Shape:
     """A point (3,), m, as a shape."""
     pose = np.eye(4)
@@ -97,9 +100,9 @@ def length(shot: Shot) -> float:
     return float(sum(run.times[-1] for run in shot.runs))
 
 
-def still(shot: Shot, size: tuple[int, int]) -> Image:
+def still(shot: Shot, size: tuple[int, int], beside: Sequence[Shot] = ()) -> Image:
     """The end of what the shot shows as one image (h, w, 3)."""
-    stage = Stage(shot, size)
+    stage = Stage(shot, size, beside=beside)
     return stage.moment(length(shot)) if shot.runs else stage.at_rest()
 
 
@@ -108,9 +111,9 @@ def film(shots: Sequence[Shot], size: tuple[int, int]) -> Iterator[Image]:
     total = max(map(length, shots))
     if total == 0:
         for angle in 2 * np.pi * np.arange(TURN_FRAMES) / TURN_FRAMES:
-            yield side_by_side([Stage(shot, size, turned(angle)).at_rest() for shot in shots])
+            yield side_by_side([Stage(shot, size, turned(angle), shots).at_rest() for shot in shots])
         return
-    stages = [Stage(shot, size) for shot in shots]
+    stages = [Stage(shot, size, beside=shots) for shot in shots]
     moving = min(round(total * FRAMES_A_SECOND) + 1, MOST_FRAMES)
     for time in np.linspace(0, total, moving):
         last = side_by_side([stage.moment(time) for stage in stages])
