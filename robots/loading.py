@@ -20,6 +20,7 @@ from plancurate.robots.shapes import FloatArray
 from plancurate.robots.urdf import Urdf, read_urdf
 
 ROBOTS_FOLDER = Path(__file__).parent
+DEFAULT_ROBOT = "h2017"  # where none is named
 
 
 def robot_names() -> list[str]:

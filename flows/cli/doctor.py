@@ -86,17 +86,17 @@ def library(name: str) -> str:
 
 def planning() -> str:
     """Plan once, for real."""
-    from plancurate.robots import load_robot, load_scene
+    from plancurate.robots import DEFAULT_ROBOT, load_robot, load_scene
     from plancurate.tasks.candidates.plan import plan_candidate
     from plancurate.tasks.candidates.settings import GenerateSettings
     from plancurate.tasks.candidates.targets import sample_targets
 
-    robot, scene = load_robot("h2017"), load_scene("free")
+    robot, scene = load_robot(DEFAULT_ROBOT), load_scene("free")
     target = sample_targets(robot, scene, GenerateSettings().targets, 0, 1)[0]
     result = plan_candidate(robot, scene, target, "RRTConnect", 0, GenerateSettings())
     if result.status != "exact":
         raise RuntimeError(f"RRTConnect found no path: {result.reason}")
-    return f"RRTConnect solved h2017 in {1000 * result.seconds:.1f} ms"
+    return f"RRTConnect solved {DEFAULT_ROBOT} in {1000 * result.seconds:.1f} ms"
 
 
 def folder(home: Home) -> str:

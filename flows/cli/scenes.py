@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from plancurate.errors import PlancurateError, field_of, first_problem
 from plancurate.flows.cli.console import console, output, table, write
-from plancurate.robots import load_world
+from plancurate.robots import DEFAULT_ROBOT, load_world
 from plancurate.tasks.candidates.settings import (
     GenerateSettings,
     Goals,
@@ -33,7 +33,7 @@ def check(
     scene: str,
     /,
     *,
-    robot: str = "h2017",
+    robot: str = DEFAULT_ROBOT,
     targets: int = 20,
     planner: str = "RRTConnect",
     runs: int = PLAN.runs,

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from plancurate.errors import PlancurateError, field_of, first_problem
 from plancurate.flows.cli.console import console, write
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.robots import load_world
+from plancurate.robots import DEFAULT_ROBOT, load_world
 from plancurate.tasks.candidates.payload import Payload
 from plancurate.tasks.lake.store import Lake
 
@@ -37,7 +37,7 @@ def verify(
     Args:
         file: The motion: .csv, .parquet, .npy, .npz, or ROS's JointTrajectory in .yaml or .json.
         lake: Identifier of a trajectory of the lake instead of a file.
-        robot: Name of a robot, or a folder [default: h2017, or the trajectory's own].
+        robot: Name of a robot, or a folder [default: the trajectory's own, else a study's default].
         scene: Name of a scene, or a YAML file [default: free, or the trajectory's own].
         payload_mass: Mass that the tool carries, kg.
         payload_centre: Its centre in the tool's frame, m.
@@ -55,7 +55,7 @@ def verify(
 
     stored = stored_trajectory(Lake(options.folder().lake), lake) if lake else None
     world = load_world(
-        robot or (stored.robot if stored else "h2017"), scene or (stored.scene if stored else "free")
+        robot or (stored.robot if stored else DEFAULT_ROBOT), scene or (stored.scene if stored else "free")
     )
     motion = stored.motion(world[0]) if stored else read_motion(file or Path())
     found = verify_motion(*world, motion, MotionSettings(min_clearance_m=min_clearance), payload)

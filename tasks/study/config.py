@@ -16,6 +16,7 @@ from pydantic import (
 from plancurate import native
 from plancurate.bounds import Seed, Settings
 from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
+from plancurate.robots import DEFAULT_ROBOT
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import source_names
 from plancurate.tasks.curation.selector_choice import SelectorChoice
@@ -41,7 +42,9 @@ class StudyConfig(Settings):
         max_length=100,  # a folder of the lake
         description="Name of the study.",
     )
-    robot: str = Field("h2017", description="A registered robot, or a folder with robot.yaml and a URDF.")
+    robot: str = Field(
+        DEFAULT_ROBOT, description="A registered robot, or a folder with robot.yaml and a URDF."
+    )
     scenes: tuple[str, ...] = Field(
         ("free",), min_length=1, description="Registered scenes, or YAML files; one table goes across them."
     )
