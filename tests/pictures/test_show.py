@@ -108,6 +108,7 @@ def run(*words):
 )
 def test_what_can_t_be_shown_ends_with_2_and_one_line(words, said, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("PLANCURATE_HOME", raising=False)
     assert run(*words) == 2
     error = capsys.readouterr().err
     assert said in error
