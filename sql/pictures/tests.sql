@@ -1,5 +1,5 @@
--- Tests of a network with what another one made of the same: those where this one succeeds and the other does not
--- come first, collisions of the other before what was merely lost. Grain: one test.
+-- Tests of a network with what another one made of the same: those where this one succeeds and the other does
+-- not come first, collisions of the other before what was merely lost. Grain: one test.
 -- $study, $scene; $selector, $policy, $seed, $against: of the two networks, alike but for the selector.
 SELECT
     own.x,

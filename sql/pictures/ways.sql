@@ -1,5 +1,5 @@
--- Verified candidates of a study to one of its targets, each with its way: to the one with most ways, unless asked
--- for one. Grain: one candidate. $study: studies.study. $target_id: or NULL.
+-- Verified candidates of a study to one of its targets, each with its way: to the one with most ways, unless
+-- asked for one. Grain: one candidate. $study: studies.study. $target_id: or NULL.
 WITH candidates AS (
     SELECT * FROM study_candidates($study) WHERE scene = $scene AND verified
 ),
