@@ -1,6 +1,7 @@
 """How conservative, and how tight, a robot's primitives are: Coal on the vendor's meshes is the judge.
 
-    python benchmarks/robot_fits.py panda --urdf .../panda.urdf [--states 20000]
+    python benchmarks/robot_fits.py                     the shipped arms whose meshes come with PyBullet
+    python benchmarks/robot_fits.py my_arm --urdf .../my_arm.urdf [--package-path DIR ...] [--states 20000]
 
 Random states within the planning limits, the robot against itself. Neighbours in the chain are not looked at, as in
 plancurate; pairs that robot.yaml allows are. Prints the states that are free for the primitives and collide for the
@@ -16,6 +17,7 @@ from pathlib import Path
 
 import coal
 import numpy as np
+import pybullet_data
 
 from plancurate import native
 from plancurate.robots import Robot, load_robot
@@ -24,25 +26,36 @@ from plancurate.robots.adding.solids import Solid, read_solids
 from plancurate.robots.adding.source import read_source
 from plancurate.robots.scene import empty_scene
 
+MESHES = Path(pybullet_data.getDataPath())
+SHIPPED = {"panda": MESHES / "franka_panda" / "panda.urdf", "xarm6": MESHES / "xarm" / "xarm6_robot.urdf"}
+SEED = 7
+
 
 def main() -> None:
     """Read the command line, measure, print."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("robot")
-    parser.add_argument("--urdf", type=Path, required=True)
+    parser.add_argument("robot", nargs="?")
+    parser.add_argument("--urdf", type=Path)
     parser.add_argument("--package-path", type=Path, nargs="*", default=[])
-    parser.add_argument("--states", type=int, default=20_000)
-    parser.add_argument("--seed", type=int, default=7)
+    parser.add_argument("--states", type=int, default=2000)
     given = parser.parse_args()
-    robot = load_robot(given.robot)
-    states = np.random.default_rng(given.seed).uniform(robot.lower, robot.upper, (given.states, robot.dof))
+    if (given.robot is None) != (given.urdf is None):
+        parser.error("a robot is compared with the URDF that it was made of: name both, or neither")
+    asked = SHIPPED if given.robot is None else {given.robot: given.urdf}
+    for name, urdf in asked.items():
+        compare(load_robot(name), solids(urdf, given.package_path), given.states)
+
+
+def compare(robot: Robot, meshes: dict[str, Solid], count: int) -> None:
+    """Let both judge the same states, and print where they differ."""
+    states = np.random.default_rng(SEED).uniform(robot.lower, robot.upper, (count, robot.dof))
     free = native.is_free(robot.native, empty_scene().native, states)
     began = time.perf_counter()
-    found, pairs = Judge(robot, solids(given.urdf, given.package_path)).collide(states)
+    found, pairs = Judge(robot, meshes).collide(states)
     missed, lost = free & found, ~free & ~found
-    print(f"{robot.name}: {given.states} states, {time.perf_counter() - began:.0f} s of Coal")
+    print(f"{robot.name}: {count} states, {time.perf_counter() - began:.0f} s of Coal")
     print(f"collide for the meshes: {found.mean():.2%}; free for them: {(~found).sum()}")
     some = [pairs[index] for index in np.flatnonzero(missed)[:9]]
     print(f"free for the primitives, colliding for the meshes: {missed.sum()} {some}")

@@ -20,7 +20,7 @@ from plancurate.robots.shapes import FloatArray
 from plancurate.robots.urdf import Urdf, read_urdf
 
 ROBOTS_FOLDER = Path(__file__).parent
-DEFAULT_ROBOT = "h2017"  # where none is named
+DEFAULT_ROBOT, DEFAULT_SCENE = "h2017", "free"  # where none is named
 
 
 def robot_names() -> list[str]:

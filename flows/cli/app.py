@@ -11,7 +11,7 @@ from functools import cache
 from itertools import count
 from pathlib import Path
 
-from cyclopts import App, CycloptsError, Group
+from cyclopts import App, CycloptsError, Group, Parameter
 
 from plancurate import __version__
 from plancurate.errors import IncompleteError, PlancurateError, shortened
@@ -73,6 +73,9 @@ def build() -> App:
         version=__version__,
         help="Turn motion planners into imitation-learning data and see which of it is worth training on.",
         help_format="plaintext",  # as it is written, and without the import of a Markdown parser
+        default_parameter=Parameter(
+            negative_iterable=()
+        ),  # no --empty-... for what is left out where it is not meant
     )
     place = count()
     for title, commands in COMMANDS.items():

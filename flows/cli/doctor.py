@@ -86,12 +86,12 @@ def library(name: str) -> str:
 
 def planning() -> str:
     """Plan once, for real."""
-    from plancurate.robots import DEFAULT_ROBOT, load_robot, load_scene
+    from plancurate.robots import DEFAULT_ROBOT, DEFAULT_SCENE, load_robot, load_scene
     from plancurate.tasks.candidates.plan import plan_candidate
     from plancurate.tasks.candidates.settings import GenerateSettings
     from plancurate.tasks.candidates.targets import sample_targets
 
-    robot, scene = load_robot(DEFAULT_ROBOT), load_scene("free")
+    robot, scene = load_robot(DEFAULT_ROBOT), load_scene(DEFAULT_SCENE)
     target = sample_targets(robot, scene, GenerateSettings().targets, 0, 1)[0]
     result = plan_candidate(robot, scene, target, "RRTConnect", 0, GenerateSettings())
     if result.status != "exact":

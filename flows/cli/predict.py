@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections import Counter
+from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from plancurate.errors import PlancurateError
 from plancurate.flows.cli.console import console, output, table, write
+from plancurate.flows.cli.network_options import NetworkOptions
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.cli.verify import payload_of
 
@@ -23,11 +24,7 @@ NOT_ALL = 1
 
 def predict(
     *,
-    study: str,
-    key: str | None = None,
-    scene: str | None = None,
-    selector: str | None = None,
-    policy: str | None = None,
+    network: NetworkOptions,
     target: tuple[float, float, float] | None = None,
     targets: Path | None = None,
     planner_alone: bool = False,
@@ -43,11 +40,6 @@ def predict(
     Exit code 0 when every target got a motion, else 1.
 
     Args:
-        study: Name of the study; the one that ran last under it.
-        key: Key of an earlier study of that name.
-        scene: The study's scene to move in, where it has several.
-        selector: Selector that the policy learnt from [default: the study's best].
-        policy: Policy [default: the selector's best].
         target: Position for the tool in the robot's frame, m.
         targets: CSV file with columns x, y and z for many targets at once.
         planner_alone: Ask the planner only, for comparison.
@@ -63,12 +55,12 @@ def predict(
     from plancurate.tasks.motion.predict import predict_motions  # torch and SciPy: no --help needs them
     from plancurate.tasks.motion.target_files import read_targets, write_prediction, write_predictions
     from plancurate.tasks.motion.trajectory_files import format_of
-    from plancurate.tasks.study.predictor import Choice, study_policy
+    from plancurate.tasks.study.predictor import study_policy
 
     positions = np.array([target]) if target else read_targets(targets or Path())
     if out:
         format_of(out)
-    chosen = study_policy(options.folder(), Choice(study, key, scene, selector, policy))
+    chosen = study_policy(options.folder(), network.choice())
     settings = chosen.settings.model_copy(update={"proposals": proposals})
     trained = None if planner_alone else chosen.trained
     found = predict_motions(trained, chosen.robot, chosen.scene, positions, settings, payload)
@@ -78,7 +70,7 @@ def predict(
         write_predictions(out, found)
     who = {"selector": chosen.row.name, "policy": chosen.row.policy, "seed": chosen.row.seed}
     if json:
-        write(as_json({**who, "predictions": [one.as_record() for one in found]}))
+        write(dumps({**who, "predictions": [one.as_record() for one in found]}, indent=1))
     else:
         show(" ".join(map(str, ("policy:", chosen.row.policy, "on", chosen.row.name))), found)
     sys.exit(0 if all(one.motion for one in found) else NOT_ALL)
@@ -104,8 +96,3 @@ def show(title: str, found: list[Prediction]) -> None:
         output.print(
             ", ".join(f"{count} by {maker}" for maker, count in counts.most_common()), highlight=False
         )
-
-
-def as_json(record: dict[str, Any]) -> str:
-    """A record as JSON."""
-    return json.dumps(record, indent=1)

@@ -5,19 +5,39 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from plancurate import native
 from plancurate.errors import PlancurateError
 from plancurate.flows.cli.console import console, output, table
-from plancurate.flows.cli.planning import show_robots
+from plancurate.robots import load_robot, load_world, robot_names, scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rich.table import Table
+
+    from plancurate.robots import Robot
     from plancurate.robots.adding.quality import FitQuality
 
 
 def list() -> None:
     """List robots, those in this folder among them, and scenes."""
-    show_robots()
+    shown = table("robot", "joints", "tool", "home", "limits (rad, m)")
+    here = sorted(file.parent.name for file in Path().glob("*/robot.yaml"))
+    for name in dict.fromkeys([*robot_names(), *here]):
+        robot = load_robot(name)
+        home = native.fk(robot.native, robot.home[None])[0, :3, 3]
+        limits = ", ".join(
+            f"{lower:.2f}..{upper:.2f}" for lower, upper in zip(robot.lower, robot.upper, strict=True)
+        )
+        where = "tool at " + ", ".join(f"{x:.3f}" for x in home) + " m"
+        shown.add_row(name, str(robot.dof), robot.tool_link, where, limits)
+    output.print(shown)
+    scenes = table("scene", "floor", "obstacles")
+    for name in scene_names():
+        scene = load_world(robot_names()[0], name)[1]
+        floor = "none" if scene.ground is None else f"z = {scene.ground:g} m"
+        scenes.add_row(name, floor, str(len(scene.shapes)))
+    output.print(scenes)
 
 
 def add(
@@ -60,13 +80,7 @@ def add(
     )  # fmt: skip
     with console.status("enclosing meshes in primitive shapes"):
         made = add_robot(request)
-    for note in made.notes:
-        output.print(f"- {note}", markup=False, highlight=False)
-    show_quality(made.quality)
-    output.print(
-        f"{made.folder}: {made.robot.dof} joints, {made.robot.reach:g} m of reach; fit.png shows the fit",
-        markup=False,
-    )
+    say(made.notes, made.quality, f"{made.folder}: {size(made.robot)}; fit.png shows the fit")
 
 
 def check(name: str, /, *, urdf: Path | None = None, package_path: tuple[Path, ...] = ()) -> None:
@@ -80,13 +94,7 @@ def check(name: str, /, *, urdf: Path | None = None, package_path: tuple[Path, .
     from plancurate.robots.adding.check import check_robot
 
     found = check_robot(name, urdf, package_path)
-    for note in found.notes:
-        output.print(f"- {note}", markup=False, highlight=False)
-    show_quality(found.quality)
-    output.print(
-        f"{found.robot.name}: {found.robot.dof} joints, {found.robot.reach:g} m of reach: nothing is wrong",
-        markup=False,
-    )
+    say(found.notes, found.quality, f"{found.robot.name}: {size(found.robot)}: nothing is wrong")
 
 
 def _held(word: str) -> tuple[str, float]:
@@ -99,16 +107,28 @@ def _held(word: str) -> tuple[str, float]:
         ) from None
 
 
-def show_quality(quality: Sequence[FitQuality]) -> None:
-    """Print how well shapes fit, a link a row."""
+def size(robot: Robot) -> str:
+    """How large a robot is, in words."""
+    return f"{robot.dof} joints, {robot.reach:g} m of reach"
+
+
+def say(notes: Sequence[str], quality: Sequence[FitQuality], verdict: str) -> None:
+    """Print what was noticed, how well shapes fit, and what came of it."""
+    for note in notes:
+        output.print(f"- {note}", markup=False, highlight=False)
+    if quality:
+        output.print(quality_table(quality))
+    output.print(verdict, markup=False)
+
+
+def quality_table(quality: Sequence[FitQuality]) -> Table:
+    """How well shapes fit, a link a row."""
     from plancurate.robots.adding.readme import shapes_of
 
-    if not quality:
-        return
     shown = table("link", "shapes", "of the mesh inside", "sticks out in the mean", "at most")
     for fit in quality:
         shown.add_row(
             fit.link, shapes_of(fit), f"{fit.coverage:.2%}", f"{1000 * fit.mean_protrusion:.1f} mm",
             f"{1000 * fit.most_protrusion:.1f} mm",
         )  # fmt: skip
-    output.print(shown)
+    return shown

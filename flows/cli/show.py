@@ -10,8 +10,9 @@ from cyclopts import Parameter
 
 from plancurate.errors import PlancurateError
 from plancurate.flows.cli.console import console
+from plancurate.flows.cli.network_options import NetworkOptions
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.robots import load_world
+from plancurate.robots import DEFAULT_ROBOT, DEFAULT_SCENE, load_world
 from plancurate.tasks.lake.store import Lake
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ class PictureOptions:
         console.print(f"picture {file}", highlight=False, soft_wrap=True)
 
 
-def scene(name: str, /, *, robot: str = "h2017", picture: PictureOptions = PictureOptions()) -> None:
+def scene(name: str, /, *, robot: str = DEFAULT_ROBOT, picture: PictureOptions = PictureOptions()) -> None:
     """Show a scene with the robot where it starts; a film goes around it.
 
     Args:
@@ -68,7 +69,7 @@ def robot(name: str, /, *, picture: PictureOptions = PictureOptions()) -> None:
     Args:
         name: Name of a robot, or a folder.
     """
-    world = load_world(name, "free")
+    world = load_world(name, DEFAULT_SCENE)
     file = picture.file(f"{world[0].name}.png")
     from plancurate.tasks.pictures.shot import Shot
 
@@ -79,8 +80,8 @@ def trajectory(
     motion: str,
     /,
     *,
-    robot: str = "h2017",
-    scene: str = "free",
+    robot: str = DEFAULT_ROBOT,
+    scene: str = DEFAULT_SCENE,
     picture: PictureOptions = PictureOptions(),
     options: HomeOptions = HomeOptions(),
 ) -> None:
@@ -164,11 +165,7 @@ def ways(
 
 def rollout(
     *,
-    study: str,
-    key: str | None = None,
-    scene: str | None = None,
-    selector: str | None = None,
-    policy: str | None = None,
+    network: NetworkOptions,
     target: tuple[float, float, float] | None = None,
     against: Annotated[str | None, Parameter(help="Selector whose policy is shown to the left.")] = None,
     picture: PictureOptions = PictureOptions(),
@@ -177,16 +174,9 @@ def rollout(
     """Show a study's policy on its way to a target, and where it fails.
 
     Args:
-        study: Name of the study.
-        key: Key of an earlier study of that name.
-        scene: The study's scene, where it has several.
-        selector: Selector that the policy learnt from [default: the study's best].
-        policy: Policy [default: the selector's best].
         target: Position for the tool, m [default: a test that it reaches, and the policy to the left does not].
     """
     file = picture.file("rollout.gif")
-    from plancurate.tasks.study.predictor import Choice
     from plancurate.tasks.study.seen_rollouts import rollout_shots
 
-    choice = Choice(study, key, scene, selector, policy)
-    picture.write(file, *rollout_shots(options.folder(), choice, target, against))
+    picture.write(file, *rollout_shots(options.folder(), network.choice(), target, against))

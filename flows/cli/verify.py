@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import sys
+from json import dumps
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from plancurate.errors import PlancurateError, field_of, first_problem
 from plancurate.flows.cli.console import console, write
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.robots import DEFAULT_ROBOT, load_world
+from plancurate.robots import DEFAULT_ROBOT, DEFAULT_SCENE, load_world
 from plancurate.tasks.candidates.payload import Payload
 from plancurate.tasks.lake.store import Lake
 
@@ -38,7 +38,7 @@ def verify(
         file: The motion: .csv, .parquet, .npy, .npz, or ROS's JointTrajectory in .yaml or .json.
         lake: Identifier of a trajectory of the lake instead of a file.
         robot: Name of a robot, or a folder [default: the trajectory's own, else a study's default].
-        scene: Name of a scene, or a YAML file [default: free, or the trajectory's own].
+        scene: Name of a scene, or a YAML file [default: the trajectory's own, else free].
         payload_mass: Mass that the tool carries, kg.
         payload_centre: Its centre in the tool's frame, m.
         min_clearance: Distance that must be left to obstacles and floor, m.
@@ -55,7 +55,8 @@ def verify(
 
     stored = stored_trajectory(Lake(options.folder().lake), lake) if lake else None
     world = load_world(
-        robot or (stored.robot if stored else DEFAULT_ROBOT), scene or (stored.scene if stored else "free")
+        robot or (stored.robot if stored else DEFAULT_ROBOT),
+        scene or (stored.scene if stored else DEFAULT_SCENE),
     )
     motion = stored.motion(world[0]) if stored else read_motion(file or Path())
     found = verify_motion(*world, motion, MotionSettings(min_clearance_m=min_clearance), payload)
@@ -64,7 +65,7 @@ def verify(
 
         plot_motion(plot, world[0], motion, found)
         console.print(f"picture {plot}", highlight=False, soft_wrap=True)
-    write(as_json(found.as_record()) if json else found.text)
+    write(dumps(found.as_record(), indent=1) if json else found.text)
     sys.exit(0 if found.passed else FAILED)
 
 
@@ -77,8 +78,3 @@ def payload_of(mass: float | None, centre: tuple[float, float, float]) -> Payloa
     except ValidationError as error:
         option = "--payload-mass" if field_of(error) == "mass_kg" else "--payload-centre"
         raise PlancurateError(first_problem(option, error, Payload)) from None
-
-
-def as_json(record: dict[str, object]) -> str:
-    """A record as JSON."""
-    return json.dumps(record, indent=1)

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from plancurate.robots.adding.decisions import Read, decided
 from plancurate.robots.adding.findings import Findings
-from plancurate.robots.adding.folding import Folded, fold
-from plancurate.robots.adding.homes import choose_home
+from plancurate.robots.adding.folding import fold
 from plancurate.robots.adding.inertias import Inertial, guessed_inertial, read_inertial
 from plancurate.robots.adding.model import Model
 from plancurate.robots.adding.picture import draw_fit
@@ -19,22 +19,19 @@ from plancurate.robots.adding.planning_limits import MovingJoint, planning_limit
 from plancurate.robots.adding.quality import FitQuality, fit_quality
 from plancurate.robots.adding.readme import readme_text
 from plancurate.robots.adding.refining import refined
-from plancurate.robots.adding.sampled_contacts import PairContact, never_meets, sample_contacts
-from plancurate.robots.adding.solids import Solid, read_solids
-from plancurate.robots.adding.source import Source, read_source
-from plancurate.robots.adding.srdf import Srdf, read_srdf
+from plancurate.robots.adding.sampled_contacts import PairContact, sample_contacts
+from plancurate.robots.adding.solids import read_solids
+from plancurate.robots.adding.source import read_source
+from plancurate.robots.adding.srdf import read_srdf
 from plancurate.robots.adding.writing import urdf_text, yaml_text
 from plancurate.robots.chain import serial_chain
 from plancurate.robots.files import NAME
-from plancurate.robots.loading import build_robot, load_robot, robot_names
+from plancurate.robots.loading import load_robot, robot_names
 from plancurate.robots.robot import Robot
-from plancurate.robots.robot_file import JointEntry, RobotFile
-from plancurate.robots.scene_loading import load_scene
 from plancurate.robots.shapes import Shape
 from plancurate.robots.urdf import read_urdf
 
 SHAPES_A_LINK = 5
-OFTEN = 0.3  # share of drawn states in which a pair touches that is worth a word
 
 
 @dataclass(frozen=True)
@@ -65,17 +62,6 @@ class Added:
     contacts: tuple[PairContact, ...]
 
 
-@dataclass(frozen=True)
-class Read:
-    """All that the vendor's files say, without a problem."""
-
-    source: Source
-    folded: Folded
-    limits: list[MovingJoint]
-    solids: dict[str, Solid]
-    srdf: Srdf
-
-
 def add_robot(request: Request) -> Added:
     """Make the folder `into/name`; PlancurateError lists every problem with its remedy, and nothing is written."""
     findings = Findings()
@@ -96,7 +82,7 @@ def add_robot(request: Request) -> Added:
         text = urdf_text(request.name, read.source, read.folded, read.limits, shapes, inertials)
         (folder / "robot.urdf").write_text(text, encoding="utf-8")
         contacts = tuple(sample_contacts(model.with_shapes(shapes)))
-        content = _content(request, read, folder, contacts, findings)
+        content = decided(request.tool, request.home, read, folder, contacts, findings)
         findings.stop_at_problems(request.urdf)
         (folder / "robot.yaml").write_text(yaml_text(content, request.name), encoding="utf-8")
         robot = load_robot(folder)
@@ -183,73 +169,3 @@ def _bare_model(read: Read) -> Model:
         chain = serial_chain(read_urdf(file))
     lower, upper = np.array([joint.position for joint in read.limits]).T
     return Model(chain, (), lower, upper)
-
-
-def _content(
-    request: Request, read: Read, folder: Path, contacts: Sequence[PairContact], findings: Findings
-) -> RobotFile:
-    """Decide allowed contacts and home."""
-    middles = [min(max(0.0, joint.position[0]), joint.position[1]) for joint in read.limits]
-    content = RobotFile(
-        urdf="robot.urdf",
-        tool_link=request.tool,
-        joints={
-            joint.source.name: _entry(joint, home) for joint, home in zip(read.limits, middles, strict=True)
-        },
-    )
-    file = folder / "robot.yaml"
-    reach = build_robot(file, content, b"").reach
-    allowed = _allowed(read.srdf, contacts, reach, findings)
-    standing = _standing(folder)
-    content = content.model_copy(update={"allowed_contacts": allowed, "scene_unchecked_links": standing})
-    robot = build_robot(file, content, b"")
-    home = _home(request, read, robot, findings)
-    entries = {
-        joint.source.name: _entry(joint, value) for joint, value in zip(read.limits, home, strict=True)
-    }
-    return content.model_copy(update={"joints": entries})
-
-
-def _entry(joint: MovingJoint, home: float) -> JointEntry:
-    return JointEntry(
-        position=joint.position, velocity=joint.plan_velocity, acceleration=joint.acceleration, home=home
-    )
-
-
-def _allowed(
-    srdf: Srdf, contacts: Sequence[PairContact], length: float, findings: Findings
-) -> tuple[tuple[str, str], ...]:
-    """Pairs that are not checked: disabled by the SRDF, never near each other, or touching whatever the joints do."""
-    allowed = [contact.links for contact in contacts if contact.always or never_meets(contact, length)]
-    for contact in contacts:
-        first, second = contact.links
-        if contact.always:
-            findings.notes.append(f"'{first}' and '{second}' touch in every state; they are not checked")
-        elif contact.touching > OFTEN:
-            findings.notes.append(f"'{first}' and '{second}' touch in {contact.touching:.0%} of drawn states")
-    known = {frozenset(pair) for pair in allowed}
-    looked_at = {frozenset(contact.links) for contact in contacts}
-    allowed += [pair for pair in srdf.disabled if frozenset(pair) in looked_at - known]
-    return tuple(allowed)
-
-
-def _standing(folder: Path) -> tuple[str, ...]:
-    """Links with shapes that are rigid to the base."""
-    urdf = read_urdf(folder / "robot.urdf")
-    return tuple(link for link in serial_chain(urdf).links_in(0) if urdf.links[link].shapes)
-
-
-def _home(request: Request, read: Read, robot: Robot, findings: Findings) -> Sequence[float]:
-    """The home asked for, the SRDF's, or one that is found."""
-    if request.home:
-        return request.home
-    stated = read.srdf.home(robot.joint_names)
-    if stated is not None and ((stated >= robot.lower) & (stated <= robot.upper)).all():
-        return stated
-    found = choose_home(robot, load_scene("free"))
-    if found is None:
-        findings.problems.append(
-            "no state without contacts was found; name one with --home, or shapes are too coarse: --shapes"
-        )
-        return list(robot.home)
-    return [float(value) for value in found]

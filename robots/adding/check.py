@@ -17,8 +17,6 @@ from plancurate.robots.loading import load_robot
 from plancurate.robots.robot import Robot
 from plancurate.robots.urdf import read_urdf
 
-OFTEN = 0.3  # share of drawn states in which a pair touches that is worth a word
-
 
 @dataclass(frozen=True)
 class Checked:
@@ -48,8 +46,8 @@ def _contact_notes(robot: Robot) -> list[str]:
             notes.append(
                 f"'{first}' and '{second}' are not checked, though they touch in {contact.touching:.1%} of states"
             )
-        elif not unchecked and contact.touching > OFTEN:
-            notes.append(f"'{first}' and '{second}' touch in {contact.touching:.0%} of drawn states")
+        elif not unchecked and contact.often:
+            notes.append(contact.sentence)
     return notes
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from plancurate.robots.shapes import BoolArray, FloatArray, Shape
+from plancurate.robots.shapes import FloatArray, Shape
 
 SAMPLES = 20_000  # points of a surface
 
@@ -66,12 +66,8 @@ def _outer_points(shapes: Sequence[Shape], index: int, rng: np.random.Generator)
     points = boundary(shape, rng, SAMPLES // 10)
     inside = np.zeros(len(points), dtype=bool)
     for other in (*shapes[:index], *shapes[index + 1 :]):
-        inside |= _inside(other, points)
+        inside |= depth(other, points) > 0
     return points[~inside]
-
-
-def _inside(shape: Shape, points: FloatArray) -> BoolArray:
-    return np.asarray(depth(shape, points) > 0)
 
 
 def boundary(shape: Shape, rng: np.random.Generator, count: int) -> FloatArray:

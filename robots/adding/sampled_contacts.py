@@ -14,6 +14,7 @@ from plancurate.robots.shapes import FloatArray
 DRAWS = 20_000
 NEAREST, ROUNDS = 50, 40  # states that are led closer, and steps of each
 LEAST_CLEARANCE = 0.01  # share of the arm's length that a pair which never meets keeps
+OFTEN = 0.3  # share of drawn states in which a pair touches that is worth a word
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,17 @@ class PairContact:
     def always(self) -> bool:
         """Whether they touched in every state."""
         return self.touching == 1.0
+
+    @property
+    def often(self) -> bool:
+        """Whether they touch so often that a person should know."""
+        return self.touching > OFTEN
+
+    @property
+    def sentence(self) -> str:
+        """How often they touch, in words."""
+        first, second = self.links
+        return f"'{first}' and '{second}' touch in {self.touching:.0%} of drawn states"
 
 
 def sample_contacts(model: Model) -> list[PairContact]:

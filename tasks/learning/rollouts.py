@@ -165,6 +165,7 @@ def moves(
     """Roll every policy out to every position (t, 3), m, as `roll_out` does; gives the trials, first where they begin.
 
     What is given is the same object each time, one move later: policies one after another, each at all positions.
+    What policies draw, they draw by the settings' seed and no other.
     """
     stack = ActingStack(policies, settings.device)
     terms = [name for name, _ in policies[0].layout]
@@ -172,11 +173,16 @@ def moves(
     goals = None if goals is None else goals.reshape(-1, robot.dof)
     trials = Trials(robot, scene, np.tile(positions, (len(policies), 1)), settings, dt, goals)
     shape = (len(policies), len(positions), -1)
+    draws = torch.Generator().manual_seed(settings.seed).get_state()
     yield trials
     for _ in range(settings.max_steps):
         observations = torch.from_numpy(observe(terms, trials.state)).view(shape)
         q = torch.from_numpy(trials.state.q).view(shape)
-        trials.move(stack.next_q(observations, q).flatten(0, 1).numpy())
+        with torch.random.fork_rng(devices=[]):  # policies draw from torch's global generator
+            torch.set_rng_state(draws)
+            asked = stack.next_q(observations, q)
+            draws = torch.get_rng_state()
+        trials.move(asked.flatten(0, 1).numpy())
         yield trials
 
 

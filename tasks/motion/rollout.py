@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import torch
 
 from plancurate.robots import Robot, Scene
 from plancurate.robots.shapes import FloatArray
@@ -41,14 +40,12 @@ def policy_paths(
 ) -> list[PolicyPath]:
     """Roll a policy out to positions (t, 3), m, all at once; it goes on after it has come near, while it may.
 
-    Goals (t, n) are for policies that observe some. What is drawn depends on the settings' seed.
+    Goals (t, n) are for policies that observe some.
     """
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(settings.seed)
-        states, distances = [], []
-        for trials in moves([policy], robot, scene, positions, settings, dt, goals):
-            states.append(trials.state.q)
-            distances.append(trials.distance())
+    states, distances = [], []
+    for trials in moves([policy], robot, scene, positions, settings, dt, goals):
+        states.append(trials.state.q)
+        distances.append(trials.distance())
     return [
         policy_path(trials, test, np.array(states)[:, test], np.array(distances)[:, test], settings.reach_m)
         for test in range(len(positions))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import torch
 
 from plancurate import native
 from plancurate.robots import Robot, Scene, colliding_pairs
@@ -25,10 +24,8 @@ def rollout_run(
     dt, evaluation = settings.candidates.timing.dt, settings.rollout
     goals = goals_of(policy, robot, scene, position[None], settings.candidates.targets, settings.seed)
     states = []
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(evaluation.seed)
-        for trials in moves([policy], robot, scene, position[None], evaluation, dt, goals):
-            states.append(trials.state.q[0])
+    for trials in moves([policy], robot, scene, position[None], evaluation, dt, goals):
+        states.append(trials.state.q[0])
     steps, failure = int(trials.steps[0]), str(trials.failure()[0])
     path = np.array(states[: steps + 1])
     touching: frozenset[str] = frozenset()

@@ -73,13 +73,7 @@ def study_world(lake: Lake, study: str, scene: str | None) -> tuple[Robot, Scene
     worlds = {
         loaded.name: (robot, loaded) for robot, loaded in (load_world(config.robot, s) for s in config.scenes)
     }
-    if scene is None and len(worlds) > 1:
-        raise PlancurateError(
-            f"study {study}: has the scenes {', '.join(worlds)}; say which one with --scene"
-        )
-    if scene is not None and scene not in worlds:
-        raise UnknownNameError(f"scene of study {study}", scene, worlds)
-    return worlds[scene or next(iter(worlds))]
+    return worlds[one_scene(study, list(worlds), scene)]
 
 
 def chosen_row(lake: Lake, study: str, choice: Choice) -> ResultRow:
@@ -88,9 +82,10 @@ def chosen_row(lake: Lake, study: str, choice: Choice) -> ResultRow:
     if not rows:
         raise PlancurateError(f"study {study}: nothing is tested yet; run the study to its end")
     last = max(row.round for row in rows)
-    rows = in_scene(study, [row for row in rows if row.round == last], choice.scene)
+    scene = one_scene(study, list(dict.fromkeys(row.scene for row in rows)), choice.scene)
+    rows = [row for row in rows if row.round == last and row.scene == scene]
     if choice.selector is None:
-        best = best_cell(lake, study, rows[0].scene)
+        best = best_cell(lake, study, scene)
         rows = [row for row in rows if row.cell == best]
     else:
         names = {row.name for row in rows} | {row.selector for row in rows}
@@ -104,16 +99,15 @@ def chosen_row(lake: Lake, study: str, choice: Choice) -> ResultRow:
     return max((row for row in rows if row.policy == policy), key=lambda row: row.success_rate)
 
 
-def in_scene(study: str, rows: Sequence[ResultRow], scene: str | None) -> list[ResultRow]:
-    """The rows of a scene, which must be named where there are several."""
-    scenes = list(dict.fromkeys(row.scene for row in rows))
-    if scene is None and len(scenes) > 1:
+def one_scene(study: str, scenes: Sequence[str], named: str | None) -> str:
+    """The scene that is named, or the only one; PlancurateError for another, or where one must be named."""
+    if named is None and len(scenes) > 1:
         raise PlancurateError(
             f"study {study}: has the scenes {', '.join(scenes)}; say which one with --scene"
         )
-    if scene is not None and scene not in scenes:
-        raise UnknownNameError(f"scene of study {study}", scene, scenes)
-    return [row for row in rows if row.scene == (scene or scenes[0])]
+    if named is not None and named not in scenes:
+        raise UnknownNameError(f"scene of study {study}", named, scenes)
+    return named or scenes[0]
 
 
 def best_cell(lake: Lake, study: str, scene: str) -> Cell:

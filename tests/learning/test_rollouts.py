@@ -111,6 +111,24 @@ def test_batched_rollout_equals_one_trial_at_a_time(robot: Robot, name: str, act
             assert row[column] == pytest.approx(value, abs=1e-5), column
 
 
+def test_what_a_policy_draws_is_drawn_by_the_seed_and_no_other(robot: Robot, scene: Scene) -> None:
+    policy = trained("BC_RNN_MDN", 0, 0.05, "delta")
+    drawing = replace(policy, policy=policy.policy.model_copy(update={"mode": "drawn"}))
+    tests = unseen_tests([Target(0, tool(robot, robot.home[None])[0] + 0.3, NONE)])
+
+    def rolled_out(seed: int) -> float:
+        settings = EvaluateSettings(max_steps=20, seed=seed)
+        (table,) = roll_out([drawing], robot, scene, tests, settings, DT)
+        return float(table["joint_movement"][0].as_py())
+
+    torch.manual_seed(5)
+    first = rolled_out(0)
+    drawn = torch.rand(1)
+    assert rolled_out(0) == first != rolled_out(1)
+    torch.manual_seed(5)
+    assert torch.equal(torch.rand(1), drawn)  # nothing was taken from the caller's own draws
+
+
 @dataclass(frozen=True)
 class Told:
     """A trial whose moves are given."""

@@ -16,7 +16,6 @@ targets. Where that is as one-sided, the ranking stands but says little: the bas
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -33,17 +32,18 @@ from plancurate.tasks.curation.selectors.influence import (
     gram,
     trajectory_gradients,
 )
-from plancurate.tasks.curation.selectors.ranking import Scope, lowest_of_scope, tie_draws
+from plancurate.tasks.curation.selectors.ranking import highest_of_all, highest_of_scope
 from plancurate.tasks.curation.selectors.sampled_policy import (
     Rollouts,
     SampledPolicy,
     Steps,
+    pool_demonstrations,
     roll_out,
     sampled_policy,
     standardised_steps,
 )
 from plancurate.tasks.curation.selectors.transitions import target_rows
-from plancurate.tasks.learning.demonstrations import FloatArray, IntArray, demonstrations
+from plancurate.tasks.learning.demonstrations import FloatArray, IntArray
 from plancurate.tasks.learning.settings import TrainSettings
 from plancurate.tasks.learning.train import train
 
@@ -82,39 +82,27 @@ class CupidNativeSettings(InfluenceSettings):
 @selector("CUPID", CupidSettings, uses=USES, revision=2)
 def cupid(problem: Problem, settings: CupidSettings) -> Kept:
     """Keep the k trajectories of each target with the highest influence on a policy's return there."""
-    return _highest(problem, influences(problem, settings, settings.objective), "target")
+    return highest_of_scope(problem, influences(problem, settings, settings.objective), "target")
 
 
 @selector("CUPID_Global", InfluenceSettings, uses=USES, revision=2)
 def cupid_global(problem: Problem, settings: InfluenceSettings) -> Kept:
     """Keep the k x targets trajectories with the highest influence on a policy's return, wherever they lead."""
-    return _highest(problem, influences(problem, settings, "all"), "pool")
+    return highest_of_scope(problem, influences(problem, settings, "all"), "pool")
 
 
 @selector("CUPID_Native", CupidNativeSettings, budgeted=False, uses=USES, revision=2)
 def cupid_native(problem: Problem, settings: CupidNativeSettings) -> Kept:
     """Keep all but the third of the pool with the lowest influence on a policy's return."""
     psi = influences(problem, settings, "all")
-    tie = tie_draws(problem)
-    with problem.stage("select"):
-        best_first = np.lexsort((tie, -psi))
-        rows = best_first[: len(psi) - math.floor(settings.dropped * len(psi))]
-        return Kept(rows=rows, rank=np.arange(1, len(rows) + 1), score=psi[rows])
-
-
-def _highest(problem: Problem, psi: FloatArray, scope: Scope) -> Kept:
-    kept = lowest_of_scope(problem, -psi, scope)
-    return replace(kept, score=psi[kept.rows])
+    return highest_of_all(problem, psi, len(psi) - math.floor(settings.dropped * len(psi)))
 
 
 def influences(problem: Problem, settings: InfluenceSettings, objective: Objective) -> FloatArray:
     """Psi (candidates,): change of the expected return per weight of the candidate in training; high is good."""
     training = base_training(problem, settings)
     with problem.stage("prepare"):
-        pool, rows = problem.pool, target_rows(problem)
-        paths = problem.waypoints(pool.candidates["trajectory_id"].to_pylist())
-        targets = pool.target_positions()[rows]
-        data = demonstrations(problem.robot, problem.scene, paths, targets, training)
+        data = pool_demonstrations(problem)
     with problem.stage("base_policy"):
         trained = train("BC_MLP", [data], [problem.seed], training)[0]
         steps = standardised_steps(data, trained)
@@ -122,7 +110,8 @@ def influences(problem: Problem, settings: InfluenceSettings, objective: Objecti
     with problem.stage("rollouts"):
         rollouts = roll_out(problem, policy, settings.rollouts)
     with problem.stage("score"):
-        return score(policy, steps, rows, rollouts, pool.n_targets, settings, objective, problem.seed)
+        rows, n_targets = target_rows(problem), problem.pool.n_targets
+        return score(policy, steps, rows, rollouts, n_targets, settings, objective, problem.seed)
 
 
 def base_training(problem: Problem, settings: InfluenceSettings) -> TrainSettings:

@@ -13,14 +13,13 @@ informative, and candidates that lead elsewhere come first instead of last.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from pydantic import Field
 
 from plancurate.tasks.curation.selectors.base import Kept, Problem, Settings, selector
 from plancurate.tasks.curation.selectors.mutual_information import contributions
-from plancurate.tasks.curation.selectors.ranking import lowest_of_scope, tie_draws
+from plancurate.tasks.curation.selectors.ranking import highest_of_all, highest_of_scope
 from plancurate.tasks.curation.selectors.transitions import Transitions, load_transitions, standardised
 from plancurate.tasks.learning.demonstrations import Float32Array, FloatArray
 
@@ -47,20 +46,14 @@ class DemInfNativeSettings(DemInfSettings):
 @selector("DemInf", DemInfSettings)
 def deminf(problem: Problem, settings: DemInfSettings) -> Kept:
     """Keep the k trajectories of each target whose steps add most to what states tell of actions."""
-    score = information(problem, settings)
-    kept = lowest_of_scope(problem, -score, "target")
-    return replace(kept, score=score[kept.rows])
+    return highest_of_scope(problem, information(problem, settings), "target")
 
 
 @selector("DemInf_Native", DemInfNativeSettings, budgeted=False)
 def deminf_native(problem: Problem, settings: DemInfNativeSettings) -> Kept:
     """Keep the half of the pool whose steps add most to what states tell of actions."""
     score = information(problem, settings)
-    tie = tie_draws(problem)
-    with problem.stage("select"):
-        best_first = np.lexsort((tie, -score))
-        rows = best_first[: math.ceil(settings.kept_share * len(score))]
-        return Kept(rows=rows, rank=np.arange(1, len(rows) + 1), score=score[rows])
+    return highest_of_all(problem, score, math.ceil(settings.kept_share * len(score)))
 
 
 def information(problem: Problem, settings: DemInfSettings) -> FloatArray:

@@ -13,7 +13,6 @@ weigh alike in the loss, for the share of either differs between pools far more 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import torch
@@ -21,17 +20,18 @@ from pydantic import Field
 
 from plancurate.tasks.curation.learning_settings import Used
 from plancurate.tasks.curation.selectors.base import Kept, Problem, Settings, selector
-from plancurate.tasks.curation.selectors.ranking import lowest_of_scope
+from plancurate.tasks.curation.selectors.ranking import highest_of_all, highest_of_scope
 from plancurate.tasks.curation.selectors.sampled_policy import (
     Rollouts,
+    SampledPolicy,
     Steps,
+    network_of,
+    pool_demonstrations,
     roll_out,
-    sampled_policy,
     standardised_steps,
 )
 from plancurate.tasks.curation.selectors.success_classifier import Classifier, Labelled, fit
-from plancurate.tasks.curation.selectors.transitions import target_rows
-from plancurate.tasks.learning.demonstrations import Demonstrations, FloatArray, demonstrations
+from plancurate.tasks.learning.demonstrations import Demonstrations, FloatArray
 from plancurate.tasks.learning.train import train
 
 USES: tuple[Used, ...] = ("training", "evaluation", "timing")
@@ -52,17 +52,14 @@ class DemoScoreSettings(Settings):
 def demo_score(problem: Problem, settings: DemoScoreSettings) -> Kept:
     """Keep the k trajectories of each target that look most like a policy's successful rollouts."""
     score, _ = likeness(problem, settings)
-    kept = lowest_of_scope(problem, -score, "target")
-    return replace(kept, score=score[kept.rows])
+    return highest_of_scope(problem, score, "target")
 
 
 @selector("DemoSCORE_Native", DemoScoreSettings, budgeted=False, uses=USES)
 def demo_score_native(problem: Problem, settings: DemoScoreSettings) -> Kept:
     """Keep what looks more like success than a policy's rollouts do in the mean."""
     score, threshold = likeness(problem, settings)
-    with problem.stage("select"):
-        rows = np.flatnonzero(score >= min(threshold, score.max()))
-        return Kept(rows=rows, rank=np.argsort(np.argsort(-score[rows])) + 1, score=score[rows])
+    return highest_of_all(problem, score, int((score >= min(threshold, score.max())).sum()))
 
 
 def likeness(problem: Problem, settings: DemoScoreSettings) -> tuple[FloatArray, float]:
@@ -85,14 +82,6 @@ def likeness(problem: Problem, settings: DemoScoreSettings) -> tuple[FloatArray,
         return np.add.reduceat(chance, demos.starts) / demos.lengths, float(of_rollouts.mean())
 
 
-def pool_demonstrations(problem: Problem) -> Demonstrations:
-    """All candidates of the pool as the study's policies would be shown them."""
-    pool = problem.pool
-    paths = problem.waypoints(pool.candidates["trajectory_id"].to_pylist())
-    targets = pool.target_positions()[target_rows(problem)]
-    return demonstrations(problem.robot, problem.scene, paths, targets, problem.learning.training)
-
-
 def policies_rollouts(
     problem: Problem, settings: DemoScoreSettings, data: Demonstrations
 ) -> Iterator[tuple[Steps, Rollouts]]:
@@ -105,7 +94,7 @@ def policies_rollouts(
             own = training.model_copy(update={"steps": steps})
             trained = train("BC_MLP", [data], [problem.seed], own)[0]
             shown = standardised_steps(data, trained)
-            policy = replace(sampled_policy(trained, shown), sigma=0.0)  # it acts as it was trained to
+            policy = SampledPolicy(network_of(trained), 0.0, trained)  # it acts as it was trained to
         with problem.stage("rollouts"):
             yield shown, roll_out(problem, policy, settings.rollouts)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -57,6 +58,20 @@ def lowest_of_groups(problem: Problem, groups: IntArray, key: FloatArray, budget
 
 
 Scope = Literal["target", "pool"]
+
+
+def highest_of_scope(problem: Problem, score: FloatArray, scope: Scope) -> Kept:
+    """Keep as `lowest_of_scope` does, with the score (candidates,), the highest first."""
+    kept = lowest_of_scope(problem, -score, scope)
+    return replace(kept, score=score[kept.rows])
+
+
+def highest_of_all(problem: Problem, score: FloatArray, count: int) -> Kept:
+    """Keep so many candidates of the whole pool, those of the highest score (candidates,); ties are drawn."""
+    tie = tie_draws(problem)
+    with problem.stage("select"):
+        rows = np.lexsort((tie, -score))[:count]
+        return Kept(rows=rows, rank=np.arange(1, len(rows) + 1), score=score[rows])
 
 
 def lowest_of_scope(problem: Problem, key: FloatArray, scope: Scope) -> Kept:

@@ -10,7 +10,14 @@ import numpy as np
 from plancurate.tasks.curation.pool import Pool
 from plancurate.tasks.curation.selectors.base import Problem
 from plancurate.tasks.curation.selectors.influence import Network
-from plancurate.tasks.learning.demonstrations import Demonstrations, Float32Array, FloatArray, IntArray
+from plancurate.tasks.curation.selectors.transitions import target_rows
+from plancurate.tasks.learning.demonstrations import (
+    Demonstrations,
+    Float32Array,
+    FloatArray,
+    IntArray,
+    demonstrations,
+)
 from plancurate.tasks.learning.observations import observe
 from plancurate.tasks.learning.policies.batches import standardised
 from plancurate.tasks.learning.policies.mlp import MLPPolicy
@@ -81,17 +88,30 @@ def standardised_steps(data: Demonstrations, trained: TrainedPolicy) -> Steps:
     return Steps(table[:, :observed], table[:, observed:], data.starts, data.lengths)
 
 
-def sampled_policy(trained: TrainedPolicy, steps: Steps) -> SampledPolicy:
-    """The trained BC_MLP with actions as spread around its own as those of the steps it was trained on."""
+def pool_demonstrations(problem: Problem) -> Demonstrations:
+    """All candidates of the pool as the study's policies would be shown them."""
+    pool = problem.pool
+    paths = problem.waypoints(pool.candidates["trajectory_id"].to_pylist())
+    targets = pool.target_positions()[target_rows(problem)]
+    return demonstrations(problem.robot, problem.scene, paths, targets, problem.learning.training)
+
+
+def network_of(trained: TrainedPolicy) -> Network:
+    """The perceptron of a trained BC_MLP."""
     assert isinstance(trained.policy, MLPPolicy)
     layers = [f"layer_{k}" for k in range(len(trained.policy.hidden) + 1)]
-    network = Network(
+    return Network(
         tuple(
             (trained.weights[f"{name}.weight"].numpy(), trained.weights[f"{name}.bias"][0].numpy())
             for name in layers
         ),
         trained.policy.activation,
     )
+
+
+def sampled_policy(trained: TrainedPolicy, steps: Steps) -> SampledPolicy:
+    """The trained BC_MLP with actions as spread around its own as those of the steps it was trained on."""
+    network = network_of(trained)
     residual = steps.actions - network.act(steps.observations)
     sigma = float(np.sqrt(np.mean(np.square(residual, dtype=np.float64))))
     return SampledPolicy(network, max(sigma, LEAST_SIGMA), trained)
