@@ -115,10 +115,10 @@ def size(robot: Robot) -> str:
 def say(notes: Sequence[str], quality: Sequence[FitQuality], verdict: str) -> None:
     """Print what was noticed, how well shapes fit, and what came of it."""
     for note in notes:
-        output.print(f"- {note}", markup=False, highlight=False)
+        output.print(f"- {note}", markup=False, highlight=False, soft_wrap=True)
     if quality:
         output.print(quality_table(quality))
-    output.print(verdict, markup=False)
+    output.print(verdict, markup=False, soft_wrap=True)
 
 
 def quality_table(quality: Sequence[FitQuality]) -> Table:
