@@ -27,7 +27,7 @@ def report(
     Args:
         study: Name of the study; the one that ran last under it.
         key: Key of an earlier study of that name, the part of its identifier after the name.
-        kind: Test targets of the printed rows; unseen where the study has some, else displaced.
+        kind: Test targets of the printed rows; every kind that the study has where none is named.
         format: How to print the rows.
     """
     from plancurate.tasks.report import (  # Jinja2 and the figures: no --help needs them
@@ -38,7 +38,8 @@ def report(
     home = options.folder()
     lake = Lake(home.lake)
     results = study_results(lake, find_study(lake, study, key))
-    rows = results.on(kind).networks if kind else results.headline.networks
+    shown = [results.on(kind)] if kind else results.tests.values()
+    rows = [row for tests in shown for row in tests.networks]
     page = write_report(build_report(results), home.reports / results.study.study)
     write(as_json(rows) if format == "json" else report_markdown(rows))
     say_degenerate(lake, results.study.study)

@@ -13,8 +13,10 @@ from plancurate.tasks.study.reference_results import ReferenceRow, of_group
 from plancurate.tasks.study.rows import ALL_SCENES, PolicyRow, ResultRow, SummaryRow
 from plancurate.tasks.study.trial_results import KindResults
 
-ONLY_IF_SEVERAL = ("scene", "pool_label", "selection_seed", "round")
+ONLY_IF_SEVERAL = ("scene", "pool_label", "kind", "selection_seed", "round")
 """Columns of the printed rows that are left out where all rows have the same value."""
+ONLY_IF_ANY = ("hard_n", "hard_successes", "hard_settled")
+"""Columns that are left out where no row has a hard trial."""
 
 
 def matrix(tests: KindResults, title: str) -> Table:
@@ -140,9 +142,11 @@ def as_json(rows: Sequence[ResultRow]) -> str:
 def report_markdown(rows: Sequence[ResultRow]) -> str:
     """Result rows as a Markdown table, without columns that say nothing."""
     records = [row.report() for row in rows]
-    same = [name for name in ONLY_IF_SEVERAL if len({record[name] for record in records}) == 1]
+    needless = {name for name in ONLY_IF_SEVERAL if len({record[name] for record in records}) == 1}
+    if not any(row.hard_n for row in rows):
+        needless |= set(ONLY_IF_ANY)
     return as_markdown(
-        [{name: value for name, value in record.items() if name not in same} for record in records]
+        [{name: value for name, value in record.items() if name not in needless} for record in records]
     )
 
 

@@ -4,6 +4,7 @@
 SELECT
     scene,
     pool_label,
+    any_value(kind) AS kind,
     selector,
     budget,
     policy,
@@ -13,6 +14,9 @@ SELECT
     count(*)::INTEGER AS n,
     count_if(success)::INTEGER AS successes,
     count_if(settled)::INTEGER AS settled,
+    count_if(hard)::INTEGER AS hard_n,           -- the straight line in joint space is not free
+    count_if(hard AND success)::INTEGER AS hard_successes,
+    count_if(hard AND settled)::INTEGER AS hard_settled,
     avg(final_distance) AS final_distance,       -- m
     avg(path_length) AS path_length,             -- m
     avg(joint_movement) AS joint_movement,       -- rad

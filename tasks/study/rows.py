@@ -15,8 +15,9 @@ from plancurate.tasks.study.statistics import Interval
 ALL_SCENES = "all scenes"
 """Scene of the rows that go over all of several scenes; no scene can have this name."""
 REPORT_FIELDS = (
-    "scene", "pool_label", "selector", "budget", "policy", "seed", "selection_seed", "round", "n", "successes",
-    "success_rate", "ci_low", "ci_high", "settled_rate",
+    "scene", "pool_label", "kind", "selector", "budget", "policy", "seed", "selection_seed", "round",
+    "n", "successes", "success_rate", "ci_low", "ci_high", "settled", "settled_rate",
+    "hard_n", "hard_successes", "hard_settled",
     "final_distance", "path_length", "joint_movement", "selection_time_s", "n_kept",
 )  # fmt: skip
 
@@ -94,8 +95,10 @@ class Gain:
 
 @dataclass(frozen=True)
 class ResultRow(Row):
-    """A policy trained on one selection with one seed; Wilson's intervals."""
+    """A policy trained on one selection with one seed, on one kind of test; Wilson's intervals."""
 
+    kind: str
+    """'unseen' or 'displaced'."""
     policy: str
     seed: int
     selection_seed: int
@@ -106,9 +109,14 @@ class ResultRow(Row):
     success_rate: float
     ci_low: float
     ci_high: float
+    settled: int
     settled_rate: float
     settled_ci_low: float
     settled_ci_high: float
+    hard_n: int
+    """Trials whose straight line in joint space is not free; the next two count those of them."""
+    hard_successes: int
+    hard_settled: int
     final_distance: float
     path_length: float
     joint_movement: float

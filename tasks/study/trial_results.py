@@ -88,7 +88,7 @@ def result_row(row: SqlRow) -> ResultRow:
     """One network's rates with Wilson's intervals."""
     success, settled = (wilson_interval(row[name], row["n"]) for name in ("successes", "settled"))
     return ResultRow(
-        **{name: value for name, value in row.items() if name != "settled"},
+        **row,
         success_rate=row["successes"] / row["n"],
         ci_low=success.low,
         ci_high=success.high,

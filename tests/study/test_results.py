@@ -68,8 +68,9 @@ def test_networks_are_counted_one_by_one_with_wilsons_interval(results: StudyRes
 def test_printed_rows_have_exactly_the_promised_fields(results: StudyResults) -> None:
     assert tuple(results.on("displaced").networks[0].report()) == REPORT_FIELDS
     assert ",".join(REPORT_FIELDS) == (
-        "scene,pool_label,selector,budget,policy,seed,selection_seed,round,n,successes,success_rate,ci_low,ci_high,"
-        "settled_rate,final_distance,path_length,joint_movement,selection_time_s,n_kept"
+        "scene,pool_label,kind,selector,budget,policy,seed,selection_seed,round,"
+        "n,successes,success_rate,ci_low,ci_high,settled,settled_rate,hard_n,hard_successes,hard_settled,"
+        "final_distance,path_length,joint_movement,selection_time_s,n_kept"
     )
 
 
@@ -101,6 +102,11 @@ def test_the_hard_subset_is_counted_apart(small_lake: Lake, maker: Any) -> None:
     maker.test(study, "General", None, "BC_MLP", "RC..", seed=1, hard=True)
     maker.test(study, "KMeans_Hybrid", 2, "BC_MLP", "SS..")
     results = study_results(small_lake, study)
+    networks = {(row.selector, row.seed): row for row in results.on("displaced").networks}
+    assert [
+        (row.hard_n, row.hard_successes, row.hard_settled)
+        for row in (networks["General", 0], networks["General", 1], networks["KMeans_Hybrid", 0])
+    ] == [(0, 0, 0), (4, 1, 0), (0, 0, 0)]
     general, hybrid = summary(results, "General"), summary(results, "KMeans_Hybrid")
     assert (general.n, general.hard_n, general.hard_successes, general.hard_rate) == (8, 4, 1, 0.25)
     assert (hybrid.hard_n, hybrid.hard_rate) == (0, None)

@@ -108,12 +108,32 @@ def test_the_report_command_shows_the_study_that_was_asked_for(
         report(study="tiny", key=key, format="json", options=HomeOptions(home=home))
         said = capsys.readouterr()
         (row,) = json.loads(said.out)
-        assert (tuple(row), row["n"]) == (REPORT_FIELDS, n)
+        assert (tuple(row), row["n"], row["kind"]) == (REPORT_FIELDS, n, "displaced")
         page = home / "reports" / f"tiny-{key or 'bbbbbbbb'}" / "index.html"
         assert page.is_file()
         assert str(page) in said.err
     with pytest.raises(PlancurateError, match="no unseen tests; it has displaced"):
         report(study="tiny", kind="unseen", options=HomeOptions(home=home))
+
+
+def test_printed_rows_are_of_every_kind_of_test_unless_one_is_named(
+    small_lake: Lake, maker: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = maker.record("tiny", "aaaaaaaa")
+    for kind, outcomes in (("displaced", "S.."), ("unseen", "SR")):
+        maker.test(study, "General", None, "BC_MLP", outcomes, kind=kind, hard=kind == "unseen")
+    maker.select(study, "General", None, [(0, "RRT", 0)])
+    options = HomeOptions(home=small_lake.root.parent)
+    fields = ("kind", "n", "successes", "settled", "hard_n", "hard_successes", "hard_settled")
+
+    report(study="tiny", format="json", options=options)
+    rows = json.loads(capsys.readouterr().out)
+    assert [[row[name] for name in fields] for row in rows] == [
+        ["unseen", 2, 2, 1, 2, 2, 1],
+        ["displaced", 3, 1, 1, 0, 0, 0],
+    ]
+    report(study="tiny", kind="displaced", format="json", options=options)
+    assert json.loads(capsys.readouterr().out) == rows[1:]
 
 
 def test_a_degenerate_pool_is_called_so_wherever_its_results_are_shown(
