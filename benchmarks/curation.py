@@ -59,7 +59,7 @@ def main() -> None:
         for targets in {count // PER_TARGET: None, FEW_TARGETS: None}:
             with tempfile.TemporaryDirectory() as folder:
                 fill(Lake(Path(folder) / "lake"), real, count, targets)
-                kept &= all(report(Path(folder), count, targets, name) for name in asked.selectors)
+                kept &= all([report(Path(folder), count, targets, name) for name in asked.selectors])
     print(f"claimed: at most {MOST_S:g} s and {MOST_GB:g} GB each; {'kept' if kept else 'not kept'}")
     sys.exit(not kept)
 

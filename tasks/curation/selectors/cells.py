@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from plancurate.tasks.curation.pool import FloatArray
 from plancurate.tasks.curation.selectors.base import IntArray
@@ -25,6 +26,11 @@ class Cells:
     """(cells,): sum of its points' weights."""
     of_point: IntArray
     """(points,): the cell that each point lies in."""
+
+    def pairs_within(self, distance: float) -> float:
+        """About how many pairs of points, ordered and with themselves, lie within a distance, m."""
+        tree, count = KDTree(self.centre), np.bincount(self.of_point)
+        return float(tree.count_neighbors(tree, distance, weights=(count, count)))
 
 
 def gathered(points: FloatArray, weight: FloatArray, side: float) -> Cells:
@@ -46,3 +52,23 @@ def at_most(points: FloatArray, weight: FloatArray, side: float, most: int) -> C
         side *= 2
         found = gathered(points, weight, side)
     return found
+
+
+def spread_out(
+    points: FloatArray, weight: FloatArray, number: int, random_state: np.random.RandomState
+) -> IntArray:
+    """Draw `number` of different points (points, 3) with weights (points,): k-means++ (Arthur and Vassilvitskii 2007).
+
+    Each is drawn with a probability by weight and squared distance to those drawn before it, once: scikit-learn's own
+    tries 2 + ln k draws for each, in tens of times the time.
+    """
+    x, y, z = np.ascontiguousarray(points.T)
+    drawn: list[int] = []
+    apart = np.ones(len(points))
+    for share in random_state.uniform(size=number).tolist():
+        total = np.cumsum(weight * apart)
+        one = min(int(np.searchsorted(total, share * total[-1], side="right")), len(points) - 1)
+        squared = (x - x[one]) ** 2 + (y - y[one]) ** 2 + (z - z[one]) ** 2
+        apart = np.minimum(apart, squared) if drawn else squared
+        drawn.append(one)
+    return np.array(drawn)

@@ -11,18 +11,18 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
-from sklearn.cluster import DBSCAN, AgglomerativeClustering, KMeans, kmeans_plusplus
+from sklearn.cluster import DBSCAN, AgglomerativeClustering, KMeans
 
 from plancurate.tasks.curation.pool import FloatArray, Pool
 from plancurate.tasks.curation.selectors.base import IntArray, Settings
-from plancurate.tasks.curation.selectors.cells import Cells, at_most, gathered
+from plancurate.tasks.curation.selectors.cells import Cells, at_most, gathered, spread_out
 
 NOISE = -1
 _SINGLE_TARGET_EPS_M = 0.05  # with one target there is no distance to be relative to
 _SMALLEST_EPS_M = 1e-6
 _CELL_M = 1e-4  # of large pools: far below a millimetre, by which a candidate may miss its target
 _MOST_POINTS_AND_MEANS = 5 * 10**7  # k-means looks at every pair in each of its steps: 10 s here
-_MOST_NEIGHBOURS = 10**8  # DBSCAN lists all pairs of neighbours: 0.8 GB here
+_MOST_NEIGHBOURS = 5 * 10**7  # DBSCAN lists all pairs of neighbours: 0.4 GB here
 _EPS_IN_CELLS = 20
 _MOST_FOR_HIERARCHY = 30_000  # its distances take 8 n^2 / 2 bytes: 3.6 GB here
 _MOST_CELLS_FOR_HIERARCHY = 15_000  # 0.9 GB, beside a pool of a million candidates
@@ -70,18 +70,11 @@ def kmeans_labels(pool: Pool, settings: KMeansSettings, seed: int) -> IntArray:
 
 
 def _kmeans_of_cells(cells: Cells, pool: Pool, settings: KMeansSettings, seed: int) -> IntArray:
-    """Cluster of every candidate by k-means of weighted cells.
-
-    Started by plain k-means++ (Arthur and Vassilvitskii 2007), which draws each mean once: scikit-learn's default tries
-    2 + ln k draws for each, in that many times the time.
-    """
+    """Cluster of every candidate by k-means of weighted cells."""
     clusters = min(settings.number(pool), len(cells.centre))
 
     def starts(points: FloatArray, number: int, random_state: np.random.RandomState) -> FloatArray:
-        drawn, _ = kmeans_plusplus(
-            points, number, sample_weight=cells.weight, random_state=random_state, n_local_trials=1
-        )
-        return np.asarray(drawn)
+        return points[spread_out(points, cells.weight, number, random_state)]
 
     fitted = KMeans(clusters, init=starts, n_init=settings.n_init, random_state=seed)
     return _integers(fitted.fit_predict(cells.centre, sample_weight=cells.weight))[cells.of_point]
@@ -98,10 +91,9 @@ def dbscan_labels(pool: Pool, settings: DBSCANSettings, seed: int) -> IntArray:
     fitted = DBSCAN(eps=eps, min_samples=settings.min_samples)
     # A trajectory that was planned five times is as dense as five.
     weight = pool.candidates["multiplicity"].to_numpy()
-    tree = KDTree(points)
-    if tree.count_neighbors(tree, eps) <= _MOST_NEIGHBOURS:
-        return _integers(fitted.fit_predict(points, sample_weight=weight))
     cells = gathered(points, weight, eps / _EPS_IN_CELLS)
+    if cells.pairs_within(eps) <= _MOST_NEIGHBOURS:
+        return _integers(fitted.fit_predict(points, sample_weight=weight))
     return _integers(fitted.fit_predict(cells.centre, sample_weight=cells.weight))[cells.of_point]
 
 

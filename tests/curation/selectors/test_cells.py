@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plancurate.tasks.curation.selectors import clusters
-from plancurate.tasks.curation.selectors.cells import at_most, gathered
+from plancurate.tasks.curation.selectors.cells import at_most, gathered, spread_out
 
 from .test_selectors import HYBRIDS, made_up_pool, run
 
@@ -31,9 +31,9 @@ def test_small_pools_know_no_cells(monkeypatch):
     def no_cells(*_):
         raise AssertionError("a small pool was gathered in cells")
 
-    monkeypatch.setattr(clusters, "gathered", no_cells)
+    monkeypatch.setattr(clusters, "_kmeans_of_cells", no_cells)
     monkeypatch.setattr(clusters, "at_most", no_cells)
-    for name in HYBRIDS:
+    for name in ("KMeans_Hybrid", "Hierarchical_Hybrid"):
         run(name, made_up_pool(1, 5, 9), 2)
 
 
@@ -54,3 +54,20 @@ def test_cells_grow_until_they_are_few_enough():
     few = at_most(points, weight, 0.1, 60)
     assert 8 <= len(few.centre) <= 60
     assert len(at_most(points, weight, 0.1, 500).centre) == len(gathered(points, weight, 0.1).centre)
+
+
+def test_starts_of_kmeans_are_spread_over_the_groups():
+    rng = np.random.default_rng(0)
+    places = rng.uniform(-1, 1, (30, 3))
+    points = np.repeat(places, 5, axis=0) + rng.normal(0, 1e-7, (150, 3))
+    drawn = spread_out(points, np.ones(150), 30, np.random.RandomState(0))
+    assert sorted(drawn // 5) == list(range(30))
+    weight = np.where(np.arange(150) == 7, 1.0, 0.0) + 1e-12
+    assert spread_out(points, weight, 1, np.random.RandomState(1)) == [7]
+
+
+def test_pairs_of_neighbours_are_counted_in_cells():
+    points, weight = some_points(60)
+    cells = gathered(np.repeat(points, 3, axis=0), np.repeat(weight, 3), 1e-6)
+    apart = np.linalg.norm(points[:, None] - points, axis=2)
+    assert cells.pairs_within(0.5) == 9 * (apart <= 0.5).sum()
