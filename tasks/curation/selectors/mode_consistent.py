@@ -9,7 +9,8 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial import KDTree
 
-from plancurate.tasks.candidates.path_classes import resampled
+from plancurate.tasks.candidates.path_classes import POINTS
+from plancurate.tasks.candidates.polylines import evenly_each
 from plancurate.tasks.curation.pool import FloatArray
 from plancurate.tasks.curation.selectors.agreement import NONE, Graph, labelling, settled, without_strangers
 from plancurate.tasks.curation.selectors.base import IntArray, Kept, Problem, selector
@@ -59,7 +60,7 @@ def mode_consistent(problem: Problem, settings: ModeConsistentSettings) -> Kept:
     tie = tie_draws(problem)
     with problem.stage("prepare"):
         paths = problem.waypoints(problem.pool.candidates["trajectory_id"].to_pylist())
-        points = np.array([resampled(path) for path in paths])
+        points = evenly_each(paths, POINTS)
     with problem.stage("cluster"):
         classes = path_classes(points, target_rows(problem), np.lexsort((tie, scores)), settings.radius)
         standard = scores / (scores.std() or 1.0)
@@ -79,17 +80,17 @@ def path_classes(points: FloatArray, target: IntArray, order: IntArray, radius: 
     """
     label = np.full(len(points), NONE)
     first: list[int] = []
-    for number in np.unique(target):
-        mine: list[int] = []  # numbers of the target's classes
-        for row in order[target[order] == number]:
-            apart = np.abs(points[[first[c] for c in mine]] - points[row]).max(axis=(1, 2), initial=0.0)
-            near = np.flatnonzero(apart <= radius)
-            if len(near):
-                label[row] = mine[near[0]]
-            elif len(mine) < MOST_CLASSES:
-                label[row] = len(first)
-                mine.append(len(first))
-                first.append(int(row))
+    grouped = order[np.argsort(target[order], kind="stable")]
+    for rows in np.split(grouped, np.flatnonzero(np.diff(target[grouped])) + 1):
+        left = rows
+        for _ in range(MOST_CLASSES):
+            if not len(left):
+                break
+            founder = left[0]
+            near = np.abs(points[left] - points[founder]).max(axis=(1, 2)) <= radius
+            label[left[near]] = len(first)
+            first.append(int(founder))
+            left = left[~near]
     representative = np.array(first)
     return Classes(label, representative, target[representative])
 
