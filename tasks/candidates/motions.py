@@ -109,12 +109,21 @@ def paced_samples(motion: Callable[[FloatArray], FloatArray], duration: float, p
 
 
 def subdivided(path: FloatArray, spacing: float) -> FloatArray:
-    """Put points on the segments of `path`, so that none is longer than `spacing` (rad)."""
-    pieces = [path[:1]]
-    for a, b in pairwise(path):
-        count = int(np.ceil(np.linalg.norm(b - a) / spacing))
-        pieces.append(with_ends(np.linspace(a, b, count + 1), a, b)[1:])
-    return np.concatenate(pieces)
+    """Put points on the segments of `path`, so that none is longer than `spacing` (rad).
+
+    All segments at once, each rounded as np.linspace rounds one: where a joint rests, it multiplies after it divides.
+    """
+    change = np.diff(path, axis=0)
+    counts = np.maximum(np.ceil(np.linalg.norm(change, axis=1) / spacing).astype(int), 1)
+    last = np.cumsum(counts) - 1
+    segment = np.repeat(np.arange(len(counts)), counts)
+    number = np.arange(len(segment)) - last[segment] + counts[segment]  # of a segment's point, from 1
+    step = change / counts[:, None]
+    resting = (step == 0).any(axis=1)[segment, None]
+    share = (number / counts[segment])[:, None]
+    points = path[segment] + np.where(resting, share * change[segment], number[:, None] * step[segment])
+    points[last] = path[1:]
+    return np.concatenate([path[:1], points])
 
 
 def with_ends(samples: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:

@@ -1,13 +1,10 @@
-"""A PyBullet simulation of one robot in one scene, rebuilt from nothing each time so that runs cannot mix."""
+"""A PyBullet simulation of one robot, in one scene or alone."""
 
 from __future__ import annotations
 
 import tempfile
 import weakref
-import xml.etree.ElementTree as ET
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
 
 from scipy.spatial.transform import Rotation
 
@@ -15,8 +12,8 @@ from plancurate.robots import Robot, Scene
 from plancurate.robots.shapes import Shape
 from plancurate.tasks.candidates.bullet import bullet
 from plancurate.tasks.candidates.payload import Payload
+from plancurate.tasks.candidates.simulated_urdf import simulated_urdf
 
-PAYLOAD = "plancurate_payload"
 BASE = -1  # PyBullet's index of a body's root link
 SHAPE_TYPES = {
     "sphere": bullet.GEOM_SPHERE,
@@ -43,11 +40,15 @@ class Contact:
 
 @dataclass(frozen=True)
 class Drives:
-    """Position-controlled joints: greatest torque or force of each, share of the errors undone in a step."""
+    """Position-controlled joints, one entry each: greatest torque or force, shares of the errors undone in a step."""
 
     effort: list[float]
-    position_gain: float
-    velocity_gain: float
+    position_gain: list[float]
+    velocity_gain: list[float]
+
+
+JointState = tuple[float, float, tuple[float, ...], float]
+"""Of PyBullet: position, velocity, reaction forces, torque or force of the motor."""
 
 
 class World:
@@ -57,6 +58,7 @@ class World:
         self.client: int = bullet.connect(bullet.DIRECT)
         weakref.finalize(self, bullet.disconnect, self.client)
         self.names: dict[tuple[int, int], str] = {}
+        self.solid = True
         self.body = -1
         self.joints: list[int] = []
 
@@ -64,17 +66,7 @@ class World:
         self, robot: Robot, scene: Scene, step_s: float = 1.0 / 240.0, payload: Payload | None = None
     ) -> None:
         """Empty the world, put `robot` with its payload and `scene` in; contacts that may be are switched off."""
-        bullet.resetSimulation(physicsClientId=self.client)
-        bullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self.client)
-        bullet.setTimeStep(step_s, physicsClientId=self.client)
-        self.body = self._load(robot, payload)
-        joints, links = self._indices()
-        self.names = {(self.body, index): name for name, index in links.items()}
-        self.joints = [joints[name] for name in robot.joint_names]
-        for index in links.values():  # PyBullet would brake every link a little
-            bullet.changeDynamics(
-                self.body, index, linearDamping=0, angularDamping=0, physicsClientId=self.client
-            )
+        links = self._reset(robot, step_s, payload, solid=True)
         for pair in robot.allowed_contacts:
             first, second = (links[name] for name in pair)
             bullet.setCollisionFilterPair(self.body, self.body, first, second, 0, physicsClientId=self.client)
@@ -84,30 +76,37 @@ class World:
                     self.body, body, links[name], BASE, 0, physicsClientId=self.client
                 )
 
+    def build_alone(self, robot: Robot, step_s: float = 1.0 / 240.0, payload: Payload | None = None) -> None:
+        """Empty the world, put `robot` with its payload in, without shapes: it moves alike and touches nothing."""
+        self._reset(robot, step_s, payload, solid=False)
+
     def place(self, q: list[float]) -> None:
         """Put the joints at `q`, at rest."""
         for joint, value in zip(self.joints, q, strict=True):
             bullet.resetJointState(self.body, joint, value, physicsClientId=self.client)
 
-    def step(self, drives: Drives, q: list[float], velocity: list[float]) -> tuple[list[float], list[float]]:
-        """Control one step from where the joints should be, `q`, at `velocity`; give positions, torques."""
+    def step(self, drives: Drives, q: list[float], velocity: list[float]) -> tuple[JointState, ...]:
+        """Control one step from where the joints should be, `q`, at `velocity`; give each joint's state."""
+        # By position: names cost a tenth of the calls.
         bullet.setJointMotorControlArray(
             self.body,
             self.joints,
             bullet.POSITION_CONTROL,
-            targetPositions=q,
-            targetVelocities=velocity,
-            forces=drives.effort,
-            positionGains=[drives.position_gain] * len(q),
-            velocityGains=[drives.velocity_gain] * len(q),
-            physicsClientId=self.client,
+            q,
+            velocity,
+            drives.effort,
+            drives.position_gain,
+            drives.velocity_gain,
+            self.client,
         )
-        bullet.stepSimulation(physicsClientId=self.client)
-        states = bullet.getJointStates(self.body, self.joints, physicsClientId=self.client)
-        return [state[0] for state in states], [state[3] for state in states]
+        bullet.stepSimulation(self.client)
+        states: tuple[JointState, ...] = bullet.getJointStates(self.body, self.joints, self.client)
+        return states
 
     def contacts(self) -> tuple[Contact, ...]:
         """What touched at the last collision detection; PyBullet lists near misses too, they are left out."""
+        if not self.solid:
+            return ()
         return tuple(
             Contact(self.names[point[1], point[3]], self.names[point[2], point[4]], point[8])
             for point in bullet.getContactPoints(physicsClientId=self.client)
@@ -127,10 +126,26 @@ class World:
         )
         return list(found)
 
+    def _reset(self, robot: Robot, step_s: float, payload: Payload | None, solid: bool) -> dict[str, int]:
+        """Empty the world but for the robot; return the numbers of its links by name."""
+        bullet.resetSimulation(physicsClientId=self.client)
+        bullet.setGravity(0.0, 0.0, -9.81, physicsClientId=self.client)
+        bullet.setTimeStep(step_s, physicsClientId=self.client)
+        self.solid = solid
+        self.body = self._load(robot, payload)
+        joints, links = self._indices()
+        self.names = {(self.body, index): name for name, index in links.items()}
+        self.joints = [joints[name] for name in robot.joint_names]
+        for index in links.values():  # PyBullet would brake every link a little
+            bullet.changeDynamics(
+                self.body, index, linearDamping=0, angularDamping=0, physicsClientId=self.client
+            )
+        return links
+
     def _load(self, robot: Robot, payload: Payload | None) -> int:
         """Load the robot through a file of its own, which is gone afterwards."""
         with tempfile.NamedTemporaryFile(suffix=".urdf") as file:
-            file.write(_clean_urdf(robot.urdf, robot.digest, robot.tool_link, payload))
+            file.write(simulated_urdf(robot.urdf, robot.digest, robot.tool_link, payload, self.solid))
             file.flush()
             body: int = bullet.loadURDF(
                 file.name, useFixedBase=True, flags=URDF_FLAGS, physicsClientId=self.client
@@ -171,36 +186,3 @@ class World:
             SHAPE_TYPES[shape.kind], physicsClientId=self.client, **sizes
         )
         return solid
-
-
-@lru_cache
-def _clean_urdf(file: Path, digest: str, tool_link: str, payload: Payload | None) -> bytes:
-    """The URDF without visuals; a link without inertia weighs nothing (PyBullet would take 1 kg and say so).
-
-    A payload is a link of its own, a point mass fixed to the tool. `digest` is there for the cache: another content
-    of the file is another entry.
-    """
-    tree = ET.parse(file).getroot()
-    for link in tree.findall("link"):
-        for visual in link.findall("visual"):
-            link.remove(visual)
-        if link.find("inertial") is None:
-            _add_mass(link, 0.0)
-    if payload is not None:
-        _add_payload(tree, tool_link, payload)
-    return ET.tostring(tree)
-
-
-def _add_payload(tree: ET.Element, tool_link: str, payload: Payload) -> None:
-    _add_mass(ET.SubElement(tree, "link", name=PAYLOAD), payload.mass_kg)
-    joint = ET.SubElement(tree, "joint", name=f"{PAYLOAD}_mount", type="fixed")
-    ET.SubElement(joint, "parent", link=tool_link)
-    ET.SubElement(joint, "child", link=PAYLOAD)
-    ET.SubElement(joint, "origin", xyz=" ".join(map(str, payload.centre_m)), rpy="0 0 0")
-
-
-def _add_mass(link: ET.Element, mass: float) -> None:
-    """Give a link a point mass at its origin."""
-    inertial = ET.SubElement(link, "inertial")
-    ET.SubElement(inertial, "mass", value=str(mass))
-    ET.SubElement(inertial, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from pydantic import Field
 from scipy.spatial import KDTree
 
-from plancurate.tasks.candidates.path_classes import resampled
 from plancurate.tasks.curation.pool import FloatArray
 from plancurate.tasks.curation.selectors.agreement import NONE, Graph, labelling, settled, without_strangers
 from plancurate.tasks.curation.selectors.base import IntArray, Kept, Problem, selector
+from plancurate.tasks.curation.selectors.path_groups import Classes, pool_classes
 from plancurate.tasks.curation.selectors.ranking import (
     ScoreSettings,
     composite_scores,
     lowest_of_groups,
     tie_draws,
 )
-from plancurate.tasks.curation.selectors.transitions import target_rows
 
-MOST_CLASSES = 12
-"""Classes of a target that are considered, those with the best scores: so the work grows with the targets alone."""
 STARTS = 8
 """Targets from which a consistent start is grown."""
 
@@ -40,75 +37,30 @@ class ModeConsistentSettings(ScoreSettings):
     leave_out: float = Field(0.2, ge=0, lt=1, description="share of the targets that may be left out")
 
 
-@dataclass(frozen=True, eq=False)
-class Classes:
-    """Candidates of the same way to the same target."""
-
-    of_candidate: IntArray
-    """(candidates,): class, NONE where it is none of those considered."""
-    first: IntArray
-    """(classes,): candidate with the best score, which stands for its class."""
-    target: IntArray
-    """(classes,): row of the target, ascending."""
-
-
 @selector("ModeConsistent", ModeConsistentSettings)
 def mode_consistent(problem: Problem, settings: ModeConsistentSettings) -> Kept:
     """Keep the k best scores of one way to each target, chosen such that neighbouring targets go the same way."""
     scores = composite_scores(problem, settings)
     tie = tie_draws(problem)
-    with problem.stage("prepare"):
-        paths = problem.waypoints(problem.pool.candidates["trajectory_id"].to_pylist())
-        points = np.array([resampled(path) for path in paths])
+    classes = pool_classes(problem, np.lexsort((tie, scores)), settings.radius)
     with problem.stage("cluster"):
-        classes = path_classes(points, target_rows(problem), np.lexsort((tie, scores)), settings.radius)
         standard = scores / (scores.std() or 1.0)
-        chosen = consistent(
-            classes, points, standard, problem.pool.target_positions(), settings, problem.seed
-        )
+        chosen = consistent(classes, standard, problem.pool.target_positions(), settings, problem.seed)
         groups = np.where(np.isin(classes.of_candidate, chosen), classes.of_candidate, NONE)
     kept = lowest_of_groups(problem, groups, scores, problem.budget)
     return replace(kept, cluster=groups[kept.rows], score=scores[kept.rows])
 
 
-def path_classes(points: FloatArray, target: IntArray, order: IntArray, radius: float) -> Classes:
-    """Group paths, resampled to `points` (candidates, m, n), to each target (candidates,).
-
-    In `order`, best first: a path joins the first class whose representative it follows within `radius` all along, or
-    founds one, up to MOST_CLASSES.
-    """
-    label = np.full(len(points), NONE)
-    first: list[int] = []
-    for number in np.unique(target):
-        mine: list[int] = []  # numbers of the target's classes
-        for row in order[target[order] == number]:
-            apart = np.abs(points[[first[c] for c in mine]] - points[row]).max(axis=(1, 2), initial=0.0)
-            near = np.flatnonzero(apart <= radius)
-            if len(near):
-                label[row] = mine[near[0]]
-            elif len(mine) < MOST_CLASSES:
-                label[row] = len(first)
-                mine.append(len(first))
-                first.append(int(row))
-    representative = np.array(first)
-    return Classes(label, representative, target[representative])
-
-
 def consistent(
-    classes: Classes,
-    points: FloatArray,
-    score: FloatArray,
-    position: FloatArray,
-    settings: ModeConsistentSettings,
-    seed: int,
+    classes: Classes, score: FloatArray, position: FloatArray, settings: ModeConsistentSettings, seed: int
 ) -> IntArray:
     """The chosen classes, at most one a target, given scores (candidates,) and targets' positions (targets, 3)."""
     present, begin = np.unique(classes.target, return_index=True)
     where = position[present]
-    rows = np.split(classes.first, begin[1:])
+    own = np.split(np.arange(len(classes.first)), begin[1:])
     near = neighbours(where, settings.neighbours)
-    distance = distances(rows, points, near, settings.radius)
-    graph = weighted([score[own] for own in rows], where, distance, settings)
+    distance = distances(own, classes.points, near, settings.radius)
+    graph = weighted([score[classes.first[some]] for some in own], where, distance, settings)
     rng = np.random.default_rng(seed)
     roots = rng.permutation(len(present))[:STARTS]
     orders = (np.linalg.norm(where - where[root], axis=1).argsort(kind="stable") for root in roots)
@@ -133,7 +85,7 @@ def neighbours(position: FloatArray, number: int) -> list[IntArray]:
 
 
 def distances(rows: Sequence[IntArray], points: FloatArray, near: list[IntArray], radius: float) -> Graph:
-    """Largest joint differences along the paths of neighbours' classes, in radii; `rows` are their representatives."""
+    """Largest joint differences along the paths of neighbours' classes, in radii; `rows` are each target's classes."""
     most = max(len(own) for own in rows)
     pairs = []
     for own, others in zip(rows, near, strict=True):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from plancurate.tasks.curation.pool import make_pool
+from plancurate.tasks.curation.selectors import path_groups
 from plancurate.tasks.curation.selectors.agreement import (
     NONE,
     Graph,
@@ -15,10 +16,11 @@ from plancurate.tasks.curation.selectors.agreement import (
     settled,
     without_strangers,
 )
-from plancurate.tasks.curation.selectors.mode_consistent import neighbours, path_classes
+from plancurate.tasks.curation.selectors.mode_consistent import neighbours
+from plancurate.tasks.curation.selectors.path_groups import path_classes
 from plancurate.tasks.curation.selectors.selection import Selection
 
-from .defects import ROBOT, Bed, IntArray, bed_of, chosen, curve, tool_positions
+from .defects import ROBOT, Bed, IntArray, bed_of, chosen, curve, defective_pool, tool_positions
 
 SIDE, EACH = 5, 3
 LEFT, RIGHT = 1, -1
@@ -137,3 +139,11 @@ def test_no_more_targets_than_allowed_are_left_out_and_the_worst_first() -> None
     assert without_strangers(distance, same, 1).tolist() == [NONE] + [0] * 7
     assert without_strangers(distance, same, 8).tolist() == [NONE, NONE] + [0] * 6
     assert without_strangers(distance, same, 0).tolist() == [0] * 8
+
+
+def test_paths_read_part_by_part_are_curated_alike(monkeypatch):
+    bed = defective_pool(seed=0)
+    whole = chosen(bed, "ModeConsistent", budget=2).kept
+    monkeypatch.setattr(path_groups, "AT_ONCE", 50)
+    assert len(path_groups.whole_targets(bed.target)) > 2
+    assert chosen(bed, "ModeConsistent", budget=2).kept == whole
