@@ -30,6 +30,7 @@ BASIC_SELECTORS = (
     "KMeans_Hybrid", "DBSCAN_Hybrid", "Hierarchical_Hybrid",
 )  # fmt: skip
 POLICIES = ("BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN")
+MOST_TARGETS = 1_000_000
 Choice = Annotated[SelectorChoice, BeforeValidator(SelectorChoice.read)]
 
 
@@ -48,7 +49,7 @@ class StudyConfig(Settings):
     scenes: tuple[str, ...] = Field(
         ("free",), min_length=1, description="Registered scenes, or YAML files; one table goes across them."
     )
-    n_targets: int = Field(5, ge=1, le=1_000_000, description="Training targets in each pool.")
+    n_targets: int = Field(5, ge=1, le=MOST_TARGETS, description="Training targets in each pool.")
     planners: tuple[str, ...] = Field(
         tuple(planner.name for planner in native.planners()),  # not a factory: Prefect's form shows the value
         min_length=1,
