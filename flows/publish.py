@@ -13,18 +13,23 @@ from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.report import build_report, markdown, write_report
 from plancurate.tasks.report.embedded import figures_markdown
+from plancurate.tasks.study.champions import crown_networks
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyRef, open_study, reference
+from plancurate.tasks.study.mlflow_records import StudyRun
 from plancurate.tasks.study.mlflow_runs import log_networks, open_parent_run
 from plancurate.tasks.study.networks import Network, groups, titles, wanted_networks
 from plancurate.tasks.study.results import study_results
 from plancurate.tasks.study.selections import study_selections
-from plancurate.tasks.study.tracking import StudyRun, finish_study, log_report
+from plancurate.tasks.study.tracking import finish_study, log_report
 
 
 @flow(name="publish", flow_run_name="publish {config.name}")
-def publish(config: StudyConfig, home: str | None = None) -> None:
-    """Log results and model of every network, after its last round, to MLflow and write the study's report."""
+def publish(config: StudyConfig, home: str | None = None) -> list[str]:
+    """Log results and model of every network, after its last round, to MLflow and write the study's report.
+
+    Gives what became of the champions, a line each.
+    """
     study = open_study(config, Home.resolve(home))
     run, ref = open_parent_run(study), reference(study)
     rounds = config.corrections.rounds
@@ -33,10 +38,12 @@ def publish(config: StudyConfig, home: str | None = None) -> None:
         together = groups(networks)
         calls = ((ref, run, *call) for call in zip(together, titles(together), strict=True))
         run_all(track, calls, in_flight=1, ended=bar.advance)
+    champions = crown(ref, run)
     table, best = write_tables(ref)
     log_report(run, study.home.reports / study.study)
     write_catalog(study.lake.root)
     finish_study(run, table, {"best_success_rate": best, "networks": float(len(networks))})
+    return champions
 
 
 @task(task_run_name="track {title}", cache_policy=NO_CACHE, persist_result=False)
@@ -44,6 +51,12 @@ def track(study: StudyRef, run: StudyRun, networks: tuple[Network, ...], title: 
     """Record a child run for each network, unless an earlier run of the study did; gives how many."""
     log_networks(study.open(), run, networks)
     return len(networks)
+
+
+@task(task_run_name="champions", cache_policy=NO_CACHE, persist_result=False)
+def crown(study: StudyRef, run: StudyRun) -> list[str]:
+    """Move the alias `champion` of each policy where a network is better; gives what became of it."""
+    return crown_networks(study.open(), run)
 
 
 @task(task_run_name="write tables", cache_policy=NO_CACHE, persist_result=False)

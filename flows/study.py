@@ -25,8 +25,8 @@ from plancurate.tasks.study.config import MOST_TARGETS, StudyConfig
 from plancurate.tasks.study.context import open_study
 from plancurate.tasks.study.exclusive import exclusive
 from plancurate.tasks.study.growth import grown
+from plancurate.tasks.study.mlflow_store import ensure_store
 from plancurate.tasks.study.run_line import held_evaluations, run_line
-from plancurate.tasks.study.tracking import ensure_store
 
 Grow = Annotated[
     int,
@@ -55,9 +55,9 @@ def study(config: StudyConfig, grow: Grow = 0, home: str | None = None) -> State
         train(config, home)
         refine(config, home)
         evaluate(config, home)
-        publish(config, home)
+        champions = publish(config, home)
         audit(config, home)
-        line = run_line(opened, tested_before, [])
+        line = run_line(opened, tested_before, champions)
     say(line)
     return Completed(message=line)
 

@@ -9,12 +9,14 @@ from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.policies.serving import ServedPolicy
 from plancurate.tasks.study.context import StudyContext
 from plancurate.tasks.study.evaluations import evaluation_id
+from plancurate.tasks.study.mlflow_records import ChildRun, StudyRun
+from plancurate.tasks.study.mlflow_store import ensure_store
 from plancurate.tasks.study.network_cells import cell_of_network, cell_of_row
 from plancurate.tasks.study.networks import Network, load_network, network_folder
 from plancurate.tasks.study.results import headline_networks
 from plancurate.tasks.study.rows import ResultRow
 from plancurate.tasks.study.selections import make_selection
-from plancurate.tasks.study.tracking import ChildRun, StudyRun, ensure_store, log_child, start_study
+from plancurate.tasks.study.tracking import log_child, start_study
 
 
 def open_parent_run(study: StudyContext) -> StudyRun:
@@ -40,6 +42,7 @@ def child_run(study: StudyContext, network: Network, row: ResultRow) -> ChildRun
     selection, policy = make_selection(study, network.selection), load_network(study, network)
     return ChildRun(
         evaluation_id=evaluation_id(study, network),
+        study_name=study.config.name,
         selector=selection.selector,
         budget=selection.budget,
         policy=network.policy,

@@ -20,8 +20,9 @@ import torch
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_policy
-from plancurate.tasks.study import tracking
-from plancurate.tasks.study.tracking import ChildRun, StudyRun
+from plancurate.tasks.study import mlflow_store, tracking
+from plancurate.tasks.study.mlflow_models import champion, set_champion
+from plancurate.tasks.study.mlflow_records import ChildRun, StudyRun
 
 pytestmark = pytest.mark.server
 
@@ -49,7 +50,7 @@ def model_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def begin(empty_store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., StudyRun]:
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     shutil.copy(empty_store, tmp_path / "mlflow.db")
-    uri = tracking.ensure_store(tmp_path / "mlflow.db")
+    uri = mlflow_store.ensure_store(tmp_path / "mlflow.db")
 
     def start(key: str = "k1") -> StudyRun:
         return tracking.start_study(
@@ -63,6 +64,7 @@ def begin(empty_store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 def child(model_folder: Path) -> ChildRun:
     return ChildRun(
         evaluation_id="e1",
+        study_name="quick",
         selector="KMeans_Hybrid",
         budget=20,
         policy="BC_RNN",
@@ -129,6 +131,43 @@ def test_the_logged_model_predicts_without_unpickling_anything(
     answer = model.predict(np.zeros((4, 3 + DOF)))
     assert answer.shape == (4, DOF)
     assert np.isfinite(answer).all()
+
+
+def test_a_champion_is_an_alias_of_a_version_that_copies_nothing(
+    begin: Callable[..., StudyRun], child: ChildRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import mlflow.pyfunc
+
+    study = begin()
+    for number in (1, 2):
+        tracking.log_child(study, replace(child, evaluation_id=f"e{number}", seed=number))
+    before = sorted(tmp_path.rglob("artifacts/**/*"))
+    assert champion(study.uri, "quick-BC_RNN") is None
+    for number in (1, 2):
+        set_champion(study, "quick-BC_RNN", f"e{number}", "better")
+        assert champion(study.uri, "quick-BC_RNN") == f"e{number}"
+    assert champion(study.uri, "quick-BC_MLP") is None
+    assert sorted(tmp_path.rglob("artifacts/**/*")) == before
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", study.uri)
+    assert mlflow.pyfunc.load_model("models:/quick-BC_RNN@champion").predict(
+        np.zeros((1, 3 + DOF))
+    ).shape == (1, DOF)
+
+
+def test_a_model_is_called_by_study_selector_budget_and_policy(
+    begin: Callable[..., StudyRun], child: ChildRun
+) -> None:
+    from mlflow import MlflowClient
+
+    study = begin()
+    tracking.log_child(study, child)
+    shares = {"study_name": "v1.2", "selector": "Mine(share=0.2)", "budget": None, "evaluation_id": "e2"}
+    tracking.log_child(study, replace(child, **shares))
+    models = MlflowClient(study.uri).search_logged_models([study.experiment_id])
+    assert {model.name for model in models} == {
+        "quick-KMeans_Hybrid-k20-BC_RNN",
+        "v1_2-Mine(share=0_2)-all-BC_RNN",
+    }
 
 
 def test_a_study_taken_up_again_repeats_no_child(begin: Callable[..., StudyRun], child: ChildRun) -> None:
@@ -230,7 +269,7 @@ def test_a_server_that_does_not_answer_is_said_in_one_line(
     with pytest.raises(
         PlancurateError, match=r"MLFLOW_TRACKING_URI=http://127\.0\.0\.1:9: no MLflow server answers"
     ):
-        tracking.ensure_store(tmp_path / "mlflow.db")
+        mlflow_store.ensure_store(tmp_path / "mlflow.db")
     assert not list(tmp_path.iterdir())
 
 
@@ -242,12 +281,14 @@ def test_a_file_that_is_no_database_is_said_in_one_line(
     with pytest.raises(
         PlancurateError, match=r"mlflow\.db: not a database that this MLflow can use"
     ) as caught:
-        tracking.ensure_store(tmp_path / "mlflow.db")
+        mlflow_store.ensure_store(tmp_path / "mlflow.db")
     assert "\n" not in str(caught.value)
 
 
 def test_processes_that_start_at_once_all_get_a_store(tmp_path: Path) -> None:
-    code = "import pathlib as p; from plancurate.tasks.study import tracking as t; t.ensure_store(p.Path('mlflow.db'))"
+    code = (
+        "import pathlib, plancurate.tasks.study.mlflow_store as m; m.ensure_store(pathlib.Path('mlflow.db'))"
+    )
     command = [sys.executable, "-c", code]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     started = [subprocess.Popen(command, cwd=tmp_path, **pipes) for _ in range(2)]
@@ -266,7 +307,7 @@ def test_a_copied_home_finds_its_models_and_artifacts_when_the_original_is_gone(
     original, copy = tmp_path / "home", tmp_path / "a copy"
     original.mkdir()
     shutil.copy(empty_store, original / "mlflow.db")
-    uri = tracking.ensure_store(original / "mlflow.db")
+    uri = mlflow_store.ensure_store(original / "mlflow.db")
     client = MlflowClient(uri)
     elsewhere = client.create_experiment("mine", artifact_location=f"file://{tmp_path}/mine/artifacts")
     study = tracking.start_study(uri, original / "artifacts", "quick", "k1", {}, {})
@@ -274,19 +315,16 @@ def test_a_copied_home_finds_its_models_and_artifacts_when_the_original_is_gone(
     assert run_id is not None
     tracking.finish_study(study, "| a |", {})
     model_id = client.get_run(run_id).outputs.model_outputs[0].model_id
-    client.create_registered_model("policy")
-    monkeypatch.setenv("MLFLOW_TRACKING_URI", uri)
-    client.create_model_version("policy", f"models:/{model_id}", run_id, model_id=model_id)
+    set_champion(study, "policy", "e1", "the first")
     shutil.copytree(original, copy)
     shutil.rmtree(original)
-    monkeypatch.delenv("MLFLOW_TRACKING_URI")
 
-    uri = tracking.ensure_store(copy / "mlflow.db")
+    uri = mlflow_store.ensure_store(copy / "mlflow.db")
     client = MlflowClient(uri)
     assert Path(client.download_artifacts(study.run_id, "results.md")).read_text() == "| a |"
     assert [file.path for file in client.list_artifacts(study.run_id)] == ["results.md"]
     monkeypatch.setenv("MLFLOW_TRACKING_URI", uri)
-    for name in (f"models:/{model_id}", "models:/policy/1"):
+    for name in (f"models:/{model_id}", "models:/policy/1", "models:/policy@champion"):
         assert mlflow.pyfunc.load_model(name).predict(np.zeros((1, 3 + DOF))).shape == (1, DOF)
     monkeypatch.delenv("MLFLOW_TRACKING_URI")
     assert client.get_experiment(elsewhere).artifact_location == f"file://{tmp_path}/mine/artifacts"
@@ -301,5 +339,5 @@ def test_opening_a_home_where_it_was_made_writes_nothing_to_its_database(
 ) -> None:
     begin()
     before = (tmp_path / "mlflow.db").read_bytes()
-    tracking.ensure_store(tmp_path / "mlflow.db")
+    mlflow_store.ensure_store(tmp_path / "mlflow.db")
     assert (tmp_path / "mlflow.db").read_bytes() == before
