@@ -1,7 +1,7 @@
--- Networks of a study and the champion of their policy on the unseen targets that both were tested on, whatever
--- their numbers: McNemar's exact test. Grain: evaluation, the most successful first.
--- $challenger: evaluations.study; $robot, $scene, $pool: whose networks; $policy; $champion: its evaluation_id, of
--- this or another study.
+-- Networks of a study and the champion of their policy on the unseen targets that both were tested on,
+-- whatever their numbers: McNemar's exact test. Grain: evaluation, the most successful first.
+-- $challenger: evaluations.study; $robot, $scene, $pool, $policy: whose networks; $champion: its
+-- evaluation_id, of this or another study.
 WITH champion AS (
     SELECT DISTINCT
         x,
