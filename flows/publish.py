@@ -7,6 +7,7 @@ from prefect.artifacts import create_markdown_artifact
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.cli.tables import matrix_markdown
+from plancurate.flows.forms import WholeConfig
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all
 from plancurate.tasks.lake.catalog import write_catalog
@@ -14,7 +15,6 @@ from plancurate.tasks.lake.home import Home
 from plancurate.tasks.report import build_report, markdown, write_report
 from plancurate.tasks.report.embedded import figures_markdown
 from plancurate.tasks.study.champions import crown_networks
-from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyRef, open_study, reference
 from plancurate.tasks.study.mlflow_records import StudyRun
 from plancurate.tasks.study.mlflow_runs import log_networks, open_parent_run
@@ -25,10 +25,14 @@ from plancurate.tasks.study.tracking import finish_study, log_report
 
 
 @flow(name="publish", flow_run_name="publish {config.name}")
-def publish(config: StudyConfig, home: str | None = None) -> list[str]:
+def publish(config: WholeConfig, home: str | None = None) -> list[str]:
     """Log results and model of every network, after its last round, to MLflow and write the study's report.
 
     Gives what became of the champions, a line each.
+
+    Args:
+        config: The study: a preset, and what is different from it.
+        home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
     """
     study = open_study(config, Home.resolve(home))
     run, ref = open_parent_run(study), reference(study)

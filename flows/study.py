@@ -14,6 +14,7 @@ from plancurate.errors import IncompleteError
 from plancurate.flows.cli.console import console
 from plancurate.flows.curate import curate
 from plancurate.flows.evaluate import evaluate
+from plancurate.flows.forms import WholeConfig
 from plancurate.flows.generate import generate
 from plancurate.flows.publish import publish
 from plancurate.flows.refine import refine
@@ -28,22 +29,20 @@ from plancurate.tasks.study.growth import grown
 from plancurate.tasks.study.mlflow_store import ensure_store
 from plancurate.tasks.study.run_line import held_evaluations, run_line
 
-Grow = Annotated[
-    int,
-    Field(
-        ge=0,
-        le=MOST_TARGETS,
-        description="Training targets to add to what the study was last run to its end with; 0: as configured. "
-        "Tests at unseen targets stay the same, so that each run is compared with the one before it.",
-    ),
-]
+Grow = Annotated[int, Field(ge=0, le=MOST_TARGETS)]
 
 
 @flow(name="study", flow_run_name="study {config.name}")
-def study(config: StudyConfig, grow: Grow = 0, home: str | None = None) -> State[None]:
+def study(config: WholeConfig, grow: Grow = 0, home: str | None = None) -> State[None]:
     """Plan, curate, train, refine, evaluate and publish; every stage does only what the home folder lacks.
 
     What the run did is the message of its final state, and its last line.
+
+    Args:
+        config: The study: a preset, and what is different from it.
+        grow: Training targets to add to what the study was last run to its end with; 0: as configured. Tests at
+            unseen targets stay the same, so that each run is compared with the one before it.
+        home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
     """
     config = grown(config, Home.resolve(home), grow)
     opened = open_study(config, Home.resolve(home))
