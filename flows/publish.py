@@ -17,7 +17,13 @@ from plancurate.tasks.report.embedded import figures_markdown
 from plancurate.tasks.study.champions import crown_networks
 from plancurate.tasks.study.context import StudyRef, open_study, reference
 from plancurate.tasks.study.mlflow_records import StudyRun
-from plancurate.tasks.study.mlflow_runs import log_networks, open_parent_run
+from plancurate.tasks.study.mlflow_runs import (
+    Metrics,
+    best_metrics,
+    log_networks,
+    open_parent_run,
+    selection_metrics,
+)
 from plancurate.tasks.study.networks import Network, groups, titles, wanted_networks
 from plancurate.tasks.study.results import study_results
 from plancurate.tasks.study.selections import study_selections
@@ -35,18 +41,18 @@ def publish(config: WholeConfig, home: str | None = None) -> list[str]:
         home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
     """
     study = open_study(config, Home.resolve(home))
-    run, ref = open_parent_run(study), reference(study)
     rounds = config.corrections.rounds
     networks = [n for n in wanted_networks(study, study_selections(study)) if n.round == rounds]
+    run, ref = open_parent_run(study, networks), reference(study)
     with stage("track", len(networks), "runs") as bar:
         together = groups(networks)
         calls = ((ref, run, *call) for call in zip(together, titles(together), strict=True))
         run_all(track, calls, in_flight=1, ended=bar.advance)
     champions = crown(ref, run)
-    table, best = write_tables(ref)
+    table, best, selections = write_tables(ref)
     log_report(run, study.home.reports / study.study)
     write_catalog(study.lake.root)
-    finish_study(run, table, {"best_success_rate": best, "networks": float(len(networks))})
+    finish_study(run, table, {**best, "networks": float(len(networks))}, selections)
     return champions
 
 
@@ -64,8 +70,11 @@ def crown(study: StudyRef, run: StudyRun) -> list[str]:
 
 
 @task(task_run_name="write tables", cache_policy=NO_CACHE, persist_result=False)
-def write_tables(study: StudyRef) -> tuple[str, float]:
-    """Write the report to the reports folder and Prefect; return verdict and matrix as Markdown, and the best rate."""
+def write_tables(study: StudyRef) -> tuple[str, Metrics, dict[str, Metrics]]:
+    """Write the report to the reports folder and Prefect.
+
+    Gives verdict and matrix as Markdown, metrics of the best selection, and of each by the title of its run.
+    """
     opened = study.open()
     results = study_results(opened.lake, opened.study)
     report = build_report(results)
@@ -74,5 +83,6 @@ def write_tables(study: StudyRef) -> tuple[str, float]:
     create_markdown_artifact(markdown(report, figures=False), key="results", description=description)
     create_markdown_artifact(figures_markdown(report), key="figures", description=description)
     verdict = "\n".join(f"- {sentence}" for sentence in report.verdict)
-    table = f"# {opened.config.name}: success in percent\n\n{verdict}\n\n{matrix_markdown(results.headline)}"
-    return table, results.headline.summaries[0].success_rate
+    table = f"{verdict}\n\n## Success in percent\n\n{matrix_markdown(results.headline)}"
+    summaries = results.headline.summaries
+    return table, best_metrics(summaries[0]), selection_metrics(opened, summaries)

@@ -1,10 +1,11 @@
-"""Policies as MLflow's models, and the registered one that is a study's champion for each policy.
+"""Policies as MLflow's models with the data that they saw, and the registered ones that are a study's champions.
 
 MLflow takes seconds to import, so functions import it when they are called.
 """
 
 from __future__ import annotations
 
+import json
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +19,25 @@ if TYPE_CHECKING:
 CHAMPION = "champion"
 MODEL_LOADER = "plancurate.tasks.learning.policies.serving"
 REQUIREMENTS = ["plancurate"]  # given: working them out would load the model in a process of its own
+
+
+def log_dataset(client: MlflowClient, run_id: str, child: ChildRun) -> None:
+    """Say which trajectories the policy saw; our own digest, since MLflow's samples a data frame."""
+    from mlflow.entities import Dataset, DatasetInput, InputTag
+
+    identity = {
+        "pool_hash": child.pool_hash,
+        "selection_id": child.selection_id,
+        "trajectories": child.n_kept,
+    }
+    data = Dataset(
+        name=child.selection,
+        digest=f"{child.pool_hash}-{child.selection_id.rpartition('-')[2]}",  # MLflow takes 36 characters
+        source_type="plancurate lake",
+        source=json.dumps(identity),
+        profile=json.dumps(identity),
+    )
+    client.log_inputs(run_id, [DatasetInput(data, [InputTag("mlflow.data.context", "training")])])
 
 
 def log_model(client: MlflowClient, experiment_id: str, run_id: str, child: ChildRun) -> str:

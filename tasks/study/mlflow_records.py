@@ -12,6 +12,7 @@ from plancurate.tasks.curation.names import label
 PARENT = "mlflow.parentRunId"
 STUDY = "plancurate.study"  # the same identifier as in the lake
 EVALUATION = "plancurate.evaluation_id"
+SELECTION = "plancurate.selection"  # of the run above a selection's networks: its title
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,8 @@ class StudyRun:
     run_id: str
     study: str
     logged: frozenset[str]
+    selections: Mapping[str, str]
+    """Run ids of the study's selections by their titles: each lies below the parent run and above its networks."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,8 @@ class ChildRun:
 
     evaluation_id: str
     study_name: str
+    selection_title: str
+    """Of the run above this one."""
     selector: str
     budget: int | None
     policy: str

@@ -1,4 +1,4 @@
-"""MLflow: an experiment a study, a parent run a study run, a child run for each policy on each selection.
+"""MLflow: an experiment a study name, a parent run a study, below it a run a selection, below that one a network.
 
 Runs are named by explicit ids throughout; nothing depends on MLflow's active run or working directory.
 MLflow takes seconds to import, so functions import it when they are called.
@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from plancurate.tasks.study import text
-from plancurate.tasks.study.mlflow_models import log_model
-from plancurate.tasks.study.mlflow_records import EVALUATION, PARENT, STUDY, ChildRun, StudyRun
+from plancurate.tasks.study.mlflow_models import log_dataset, log_model
+from plancurate.tasks.study.mlflow_records import EVALUATION, PARENT, SELECTION, STUDY, ChildRun, StudyRun
 from plancurate.tasks.study.mlflow_store import VIEW, open_client
 
 if TYPE_CHECKING:
@@ -32,19 +32,33 @@ MAX_NOTE = 5000  # MLflow cuts longer tags of an experiment off in silence
 
 
 def start_study(
-    uri: str, artifacts: Path, name: str, study: str, params: Mapping[str, object], tags: Mapping[str, str]
+    uri: str,
+    artifacts: Path,
+    name: str,
+    study: str,
+    params: Mapping[str, object],
+    tags: Mapping[str, str],
+    selections: Mapping[str, Mapping[str, str]],
 ) -> StudyRun:
-    """Open the parent run of `study`, name and key, in the experiment `name`, anew or where it was left."""
+    """Open the parent run of `study`, name and key, in the experiment `name`, anew or where it was left.
+
+    selections: parameters of each selection's run by its title.
+    """
     client = open_client(uri)
     experiment_id = _experiment(client, uri, artifacts, name)
     found = client.search_runs([experiment_id], f"attributes.run_name = '{study}'", max_results=1)
     if found:
         run_id = found[0].info.run_id
         client.update_run(run_id, status="RUNNING")
-        return StudyRun(uri, experiment_id, run_id, study, _logged(client, experiment_id, run_id))
-    run = client.create_run(experiment_id, run_name=study, tags={**tags, STUDY: study})
-    client.log_batch(run.info.run_id, params=_params(params))
-    return StudyRun(uri, experiment_id, run.info.run_id, study, frozenset())
+    else:
+        run_id = client.create_run(experiment_id, run_name=study, tags={**tags, STUDY: study}).info.run_id
+        client.log_batch(run_id, params=_params(params))
+    logged, opened = _below(client, experiment_id, study)
+    for title in selections.keys() - opened.keys():
+        own = {STUDY: study, PARENT: run_id, SELECTION: title}
+        opened[title] = client.create_run(experiment_id, run_name=title, tags=own).info.run_id
+        client.log_batch(opened[title], params=_params(selections[title]))
+    return StudyRun(uri, experiment_id, run_id, study, logged, opened)
 
 
 def log_child(study: StudyRun, child: ChildRun) -> str | None:
@@ -60,7 +74,7 @@ def log_child(study: StudyRun, child: ChildRun) -> str | None:
     }
     tags = {
         **child.tags,
-        PARENT: study.run_id,
+        PARENT: study.selections[child.selection_title],
         STUDY: study.study,
         EVALUATION: child.evaluation_id,
         "plancurate.pool_hash": child.pool_hash,
@@ -69,7 +83,7 @@ def log_child(study: StudyRun, child: ChildRun) -> str | None:
     }
     run = client.create_run(study.experiment_id, run_name=child.name, tags=tags)
     run_id: str = run.info.run_id
-    _log_dataset(client, run_id, child)
+    log_dataset(client, run_id, child)
     model_id = log_model(client, study.experiment_id, run_id, child)
     metrics = _metrics(child.metrics, model_id) + _curve(child.loss_curve)
     client.log_batch(run_id, metrics=metrics, params=_params({**facets, **child.params}))
@@ -81,16 +95,24 @@ def finish_study(
     study: StudyRun,
     table: str,
     metrics: Mapping[str, float],
+    selections: Mapping[str, Mapping[str, float]],
     status: Literal["FINISHED", "FAILED", "KILLED"] = "FINISHED",
 ) -> None:
-    """End the parent run; the results table (Markdown) becomes its description and the experiment's."""
+    """End the parent run and those of selections, with metrics of each.
+
+    The verdict with the results table (Markdown) becomes the parent's description and the experiment's.
+    """
     client = open_client(study.uri)
+    for title, values in selections.items():
+        client.log_batch(study.selections[title], metrics=_metrics(values, None))
+        client.set_terminated(study.selections[title], status)
     client.log_batch(study.run_id, metrics=_metrics(metrics, None))
     if table:
         client.log_text(study.run_id, table, "results.md")
-        client.set_tag(study.run_id, NOTE, _shortened(table))
+        client.set_tag(study.run_id, NOTE, _shortened(table, MAX_NOTE))
         link = f"[All runs, best first]({VIEW_LINK.format(study.experiment_id)})"
-        client.set_experiment_tag(study.experiment_id, NOTE, _shortened(f"{link}\n\n{table}"))
+        note = _shortened(table, MAX_NOTE - len(link) - 2)
+        client.set_experiment_tag(study.experiment_id, NOTE, f"{note}\n\n{link}")
     client.set_terminated(study.run_id, status)
 
 
@@ -119,19 +141,22 @@ def _view() -> str:
     return json.dumps({"searchFilter": only_children, "selectedColumns": columns, **order})
 
 
-def _logged(client: MlflowClient, experiment_id: str, parent: str) -> frozenset[str]:
-    """Evaluation ids with a finished child; children that were cut off are deleted, to be logged again."""
-    logged, page = set(), None
+def _below(client: MlflowClient, experiment_id: str, study: str) -> tuple[frozenset[str], dict[str, str]]:
+    """Evaluation ids with a finished run and ids of the selections' runs; networks that were cut off are deleted."""
+    logged, selections, page = set(), {}, None
     while True:
-        found = client.search_runs([experiment_id], f"tags.`{PARENT}` = '{parent}'", page_token=page)
+        found = client.search_runs([experiment_id], f"tags.`{STUDY}` = '{study}'", page_token=page)
         for run in found:
-            if run.info.status == "FINISHED":
-                logged.add(run.data.tags.get(EVALUATION, ""))
-            else:
+            tags = run.data.tags
+            if SELECTION in tags:
+                selections[tags[SELECTION]] = run.info.run_id
+            elif EVALUATION in tags and run.info.status == "FINISHED":
+                logged.add(tags[EVALUATION])
+            elif EVALUATION in tags:
                 client.delete_run(run.info.run_id)
         page = found.token
         if not page:
-            return frozenset(logged)
+            return frozenset(logged), selections
 
 
 def _params(values: Mapping[str, object]) -> list[Any]:
@@ -155,27 +180,8 @@ def _curve(losses: Sequence[tuple[int, float]]) -> list[Any]:
     return [Metric("train_loss", float(loss), now, step) for step, loss in losses]
 
 
-def _log_dataset(client: MlflowClient, run_id: str, child: ChildRun) -> None:
-    """Say which trajectories the policy saw; our own digest, since MLflow's samples a data frame."""
-    from mlflow.entities import Dataset, DatasetInput, InputTag
-
-    identity = {
-        "pool_hash": child.pool_hash,
-        "selection_id": child.selection_id,
-        "trajectories": child.n_kept,
-    }
-    data = Dataset(
-        name=child.selection,
-        digest=f"{child.pool_hash}-{child.selection_id.rpartition('-')[2]}",  # MLflow takes 36 characters
-        source_type="plancurate lake",
-        source=json.dumps(identity),
-        profile=json.dumps(identity),
-    )
-    client.log_inputs(run_id, [DatasetInput(data, [InputTag("mlflow.data.context", "training")])])
-
-
-def _shortened(table: str) -> str:
+def _shortened(table: str, length: int) -> str:
     """The table, cut off between two lines where MLflow would cut it anywhere."""
-    if len(table) <= MAX_NOTE:
+    if len(table) <= length:
         return table
-    return table[: table.rindex("\n", 0, MAX_NOTE - 40)] + "\n\nAll rows: results.md of this run."
+    return table[: table.rindex("\n", 0, length - 40)] + "\n\nAll rows: results.md of this run."

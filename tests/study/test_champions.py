@@ -66,7 +66,7 @@ def test_the_first_is_the_best_and_only_a_better_one_follows(
     monkeypatch.setattr(
         champions, "set_champion", lambda run, name, key, said: registered.update({name: key})
     )
-    run = StudyRun("", "", "", study.study, frozenset())
+    run = StudyRun("", "", "", study.study, frozenset(), {})
     tested = {
         f"{row.selector}-20-BC_MLP-0-0-0-unseen": row
         for row in network_rows(study.lake, study.study, "unseen")

@@ -27,6 +27,7 @@ from plancurate.tasks.study.mlflow_records import ChildRun, StudyRun
 pytestmark = pytest.mark.server
 
 DOF = 6
+SELECTIONS = {"KMeans_Hybrid k=20": {"selector": "KMeans_Hybrid", "budget": "20", "policy": "all"}}
 
 
 @pytest.fixture(scope="session")
@@ -54,7 +55,7 @@ def begin(empty_store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
     def start(key: str = "k1") -> StudyRun:
         return tracking.start_study(
-            uri, tmp_path / "artifacts", "quick", key, {"n_targets": 5}, {"robot": "h2017"}
+            uri, tmp_path / "artifacts", "quick", key, {"n_targets": 5}, {"robot": "h2017"}, SELECTIONS
         )
 
     return start
@@ -65,6 +66,7 @@ def child(model_folder: Path) -> ChildRun:
     return ChildRun(
         evaluation_id="e1",
         study_name="quick",
+        selection_title="KMeans_Hybrid k=20",
         selector="KMeans_Hybrid",
         budget=20,
         policy="BC_RNN",
@@ -82,11 +84,16 @@ def child(model_folder: Path) -> ChildRun:
     )
 
 
-def children(study: StudyRun) -> list:
+def below(study: StudyRun, run_id: str) -> list:
     from mlflow import MlflowClient
 
     client = MlflowClient(study.uri)
-    return list(client.search_runs([study.experiment_id], f"tags.`mlflow.parentRunId` = '{study.run_id}'"))
+    return list(client.search_runs([study.experiment_id], f"tags.`mlflow.parentRunId` = '{run_id}'"))
+
+
+def children(study: StudyRun) -> list:
+    """The networks' runs."""
+    return below(study, study.selections["KMeans_Hybrid k=20"])
 
 
 def test_a_child_run_says_what_it_is_and_what_came_out(
@@ -105,6 +112,23 @@ def test_a_child_run_says_what_it_is_and_what_came_out(
     (data,) = run.inputs.dataset_inputs
     assert (data.dataset.name, data.dataset.digest) == ("KMeans_Hybrid k=20", "0123456789ab-fedcba987654")
     assert "KMeans_Hybrid-k20-s0-fedcba987654" in data.dataset.source
+
+
+def test_a_selection_has_a_run_with_its_interval_above_those_of_its_networks(
+    begin: Callable[..., StudyRun], child: ChildRun
+) -> None:
+    study = begin()
+    tracking.log_child(study, child)
+    rates = {"success_rate": 0.9, "success_rate_ci_low": 0.8, "success_rate_ci_high": 0.95}
+    tracking.finish_study(study, "verdict", {}, {"KMeans_Hybrid k=20": rates})
+    (selection,) = below(study, study.run_id)
+    assert (selection.info.run_name, selection.info.status) == ("KMeans_Hybrid k=20", "FINISHED")
+    assert selection.data.metrics == rates
+    assert selection.data.params == {"selector": "KMeans_Hybrid", "budget": "20", "policy": "all"}
+    assert [run.info.run_name for run in below(study, selection.info.run_id)] == [
+        "KMeans_Hybrid k=20 BC_RNN seed 0"
+    ]
+    assert begin().selections == {"KMeans_Hybrid k=20": selection.info.run_id}
 
 
 def test_the_loss_curve_is_kept_step_by_step(begin: Callable[..., StudyRun], child: ChildRun) -> None:
@@ -173,7 +197,7 @@ def test_a_model_is_called_by_study_selector_budget_and_policy(
 def test_a_study_taken_up_again_repeats_no_child(begin: Callable[..., StudyRun], child: ChildRun) -> None:
     first = begin()
     tracking.log_child(first, child)
-    tracking.finish_study(first, "| selector |", {})
+    tracking.finish_study(first, "| selector |", {}, {})
     again = begin()
     assert again.run_id == first.run_id
     assert again.logged == {"e1"}
@@ -205,12 +229,12 @@ def test_the_results_table_becomes_the_description(begin: Callable[..., StudyRun
     from mlflow import MlflowClient
 
     study = begin()
-    tracking.finish_study(study, "| selector | success |\n|---|---|", {"best_success_rate": 0.9})
+    tracking.finish_study(study, "| selector | success |\n|---|---|", {"best_success_rate": 0.9}, {})
     client = MlflowClient(study.uri)
     run = client.get_run(study.run_id)
     assert run.info.status == "FINISHED"
     assert run.data.tags["mlflow.note.content"].startswith("| selector")
-    assert "\n\n| selector" in client.get_experiment(study.experiment_id).tags["mlflow.note.content"]
+    assert client.get_experiment(study.experiment_id).tags["mlflow.note.content"].startswith("| selector")
     assert run.data.metrics == {"best_success_rate": 0.9}
 
 
@@ -221,7 +245,7 @@ def test_the_experiment_links_to_a_view_of_its_runs_whose_columns_exist(
 
     study = begin()
     tracking.log_child(study, replace(child, metrics=dict.fromkeys(tracking.VIEW_COLUMNS["metrics"], 0.5)))
-    tracking.finish_study(study, "table", {})
+    tracking.finish_study(study, "table", {}, {})
     tags = MlflowClient(study.uri).get_experiment(study.experiment_id).tags
     (shared,) = re.findall(r"viewStateShareKey=(\w+)", tags["mlflow.note.content"])
     view = json.loads(tags[f"mlflow.sharedViewState.{shared}"])
@@ -239,10 +263,11 @@ def test_a_long_table_is_cut_between_lines_and_kept_whole_as_a_file(
 
     study = begin()
     table = "\n".join(f"| row {i:04d} |" for i in range(1000))
-    tracking.finish_study(study, table, {})
+    tracking.finish_study(study, table, {}, {})
     client = MlflowClient(study.uri)
     note = client.get_run(study.run_id).data.tags["mlflow.note.content"]
     assert len(note) <= tracking.MAX_NOTE
+    assert len(client.get_experiment(study.experiment_id).tags["mlflow.note.content"]) <= tracking.MAX_NOTE
     assert set(note.split("\n\n")[0].split("\n")) <= set(table.split("\n"))
     assert Path(client.download_artifacts(study.run_id, "results.md", str(tmp_path))).read_text() == table
 
@@ -310,10 +335,10 @@ def test_a_copied_home_finds_its_models_and_artifacts_when_the_original_is_gone(
     uri = mlflow_store.ensure_store(original / "mlflow.db")
     client = MlflowClient(uri)
     elsewhere = client.create_experiment("mine", artifact_location=f"file://{tmp_path}/mine/artifacts")
-    study = tracking.start_study(uri, original / "artifacts", "quick", "k1", {}, {})
+    study = tracking.start_study(uri, original / "artifacts", "quick", "k1", {}, {}, SELECTIONS)
     run_id = tracking.log_child(study, child)
     assert run_id is not None
-    tracking.finish_study(study, "| a |", {})
+    tracking.finish_study(study, "| a |", {}, {})
     model_id = client.get_run(run_id).outputs.model_outputs[0].model_id
     set_champion(study, "policy", "e1", "the first")
     shutil.copytree(original, copy)
@@ -330,7 +355,7 @@ def test_a_copied_home_finds_its_models_and_artifacts_when_the_original_is_gone(
     assert client.get_experiment(elsewhere).artifact_location == f"file://{tmp_path}/mine/artifacts"
     with closing(sqlite3.connect(copy / "mlflow.db")) as database:
         assert not [line for line in database.iterdump() if str(original) in line]
-    again = tracking.start_study(uri, copy / "artifacts", "quick", "k2", {}, {})
+    again = tracking.start_study(uri, copy / "artifacts", "quick", "k2", {}, {}, SELECTIONS)
     assert client.get_run(again.run_id).info.artifact_uri.startswith((copy / "artifacts").as_uri())
 
 
