@@ -5,17 +5,22 @@ from __future__ import annotations
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
+from plancurate.flows.forms import PoolConfig
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all
 from plancurate.tasks.lake import compact as steps
 from plancurate.tasks.lake.home import Home
-from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyRef, open_study, reference
 
 
 @flow(name="compact", flow_run_name="compact {config.name}")
-def compact(config: StudyConfig, home: str | None = None) -> None:
-    """Merge the trajectories of each planner into one file; small files go when nobody can be reading them."""
+def compact(config: PoolConfig, home: str | None = None) -> None:
+    """Merge the trajectories of each planner into one file; small files go when nobody can be reading them.
+
+    Args:
+        config: The study: a preset, and what is different from it.
+        home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
+    """
     study = open_study(config, Home.resolve(home))
     calls = [(reference(study), pool.pool, planner) for pool in study.pools for planner in study.sources]
     with stage("compact", len(calls), "planners") as bar:

@@ -7,18 +7,23 @@ from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.begin import begin
+from plancurate.flows.forms import SelectionsConfig
 from plancurate.flows.label import label_all
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all
-from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.records import record_study
 from plancurate.tasks.study.selections import WantedSelection, make_selection, study_selections
 
 
 @flow(name="curate", flow_run_name="curate {config.name}")
-def curate(config: StudyConfig, home: str | None = None) -> None:
-    """Select from the study's candidates: one task run for each selection, recorded in the lake."""
+def curate(config: SelectionsConfig, home: str | None = None) -> None:
+    """Select from the study's candidates: one task run for each selection, recorded in the lake.
+
+    Args:
+        config: The study: a preset, and what is different from it.
+        home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
+    """
     study = begin(config, home, "ways", "selections", "studies")
     label_all(study)  # candidates that other studies planned
     wanted = study_selections(study)

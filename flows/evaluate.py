@@ -6,9 +6,9 @@ from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.begin import begin
+from plancurate.flows.forms import WholeConfig
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all, shared_runner
-from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.evaluations import count_rollouts, evaluate_networks, missing_evaluations
 from plancurate.tasks.study.networks import Network, groups, titles
@@ -17,8 +17,13 @@ from plancurate.tasks.study.references import make_references, missing_reference
 
 
 @flow(name="evaluate", flow_run_name="evaluate {config.name}")
-def evaluate(config: StudyConfig, home: str | None = None) -> None:
-    """Test what is not tested yet: one task run for some networks of a policy on all tests of a pool at once."""
+def evaluate(config: WholeConfig, home: str | None = None) -> None:
+    """Test what is not tested yet: one task run for some networks of a policy on all tests of a pool at once.
+
+    Args:
+        config: The study: a preset, and what is different from it.
+        home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
+    """
     study = begin(config, home, "evaluations", "reference_trials", "studies")
     missing = missing_evaluations(study)
     record_study(study)

@@ -11,6 +11,7 @@ from plancurate.errors import IncompleteError
 from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.begin import begin
 from plancurate.flows.cli.console import console
+from plancurate.flows.forms import PoolConfig
 from plancurate.flows.label import label_all
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import is_transient, run_all, shared_runner
@@ -23,17 +24,20 @@ from plancurate.tasks.study.candidates import (
     missing_parts,
     study_targets,
 )
-from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyContext, StudyRef, reference
 from plancurate.tasks.study.pools import study_pools
 from plancurate.tasks.study.records import record_study
 
 
 @flow(name="generate", flow_run_name="generate {config.name}")
-def generate(config: StudyConfig, home: str | None = None) -> None:
+def generate(config: PoolConfig, home: str | None = None) -> None:
     """Fill the lake with candidates: one task run for each planner and target, its runs inside.
 
     Doing it again plans only what is missing; a larger study reuses what a smaller one left.
+
+    Args:
+        config: The study: a preset, and what is different from it.
+        home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
     """
     study = begin(config, home, "targets", "trajectories", "ways", "studies")
     for pool in study.pools:

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
+from pydantic import Field
 
 from plancurate.errors import IncompleteError
 from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.verify import verify
+from plancurate.offers import offers
 from plancurate.tasks.candidates.payload import Payload
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.motion.predict import predict_motions
 from plancurate.tasks.motion.settings import MotionSettings
 from plancurate.tasks.motion.target_files import write_predictions
+from plancurate.tasks.study.config import registered_policies
 from plancurate.tasks.study.predictor import Choice, study_policy
 
 Target = tuple[float, float, float]
@@ -29,13 +32,23 @@ def predict(
     out: str = "motions/motion.csv",
     scene: str | None = None,
     selector: str | None = None,
-    policy: str | None = None,
+    policy: Annotated[str, Field(json_schema_extra=offers(registered_policies))] | None = None,
     payload: Payload | None = None,
     home: str | None = None,
 ) -> list[dict[str, Any]]:
     """Make a verified motion to each target, m, and write them to `out`, below the home folder, numbered.
 
-    Gives who made each, how long each step took, its file and its verdict. What is left out is the study's best.
+    Gives who made each, how long each step took, its file and its verdict.
+
+    Args:
+        study: Name of a study that was run to its end.
+        targets: Positions for the tool in the robot's frame, m.
+        out: File for the motions, below the home folder; of several each is numbered before the ending.
+        scene: Scene of the study, where it has several.
+        selector: Selector that the policy learnt from, with or without its budget; empty: the study's best.
+        policy: Policy; empty: the selector's best.
+        payload: What the tool carries; empty: nothing.
+        home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
     """
     root = Home.resolve(home).root
     choice = Choice(study, scene=scene, selector=selector, policy=policy)

@@ -7,36 +7,53 @@ from prefect.artifacts import create_markdown_artifact
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.cli.tables import matrix_markdown
+from plancurate.flows.forms import WholeConfig
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all
 from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.report import build_report, markdown, write_report
 from plancurate.tasks.report.embedded import figures_markdown
-from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.champions import crown_networks
 from plancurate.tasks.study.context import StudyRef, open_study, reference
-from plancurate.tasks.study.mlflow_runs import log_networks, open_parent_run
+from plancurate.tasks.study.mlflow_records import StudyRun
+from plancurate.tasks.study.mlflow_runs import (
+    Metrics,
+    best_metrics,
+    log_networks,
+    open_parent_run,
+    selection_metrics,
+)
 from plancurate.tasks.study.networks import Network, groups, titles, wanted_networks
 from plancurate.tasks.study.results import study_results
 from plancurate.tasks.study.selections import study_selections
-from plancurate.tasks.study.tracking import StudyRun, finish_study, log_report
+from plancurate.tasks.study.tracking import finish_study, log_report
 
 
 @flow(name="publish", flow_run_name="publish {config.name}")
-def publish(config: StudyConfig, home: str | None = None) -> None:
-    """Log results and model of every network, after its last round, to MLflow and write the study's report."""
+def publish(config: WholeConfig, home: str | None = None) -> list[str]:
+    """Log results and model of every network, after its last round, to MLflow and write the study's report.
+
+    Gives what became of the champions, a line each.
+
+    Args:
+        config: The study: a preset, and what is different from it.
+        home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
+    """
     study = open_study(config, Home.resolve(home))
-    run, ref = open_parent_run(study), reference(study)
     rounds = config.corrections.rounds
     networks = [n for n in wanted_networks(study, study_selections(study)) if n.round == rounds]
+    run, ref = open_parent_run(study, networks), reference(study)
     with stage("track", len(networks), "runs") as bar:
         together = groups(networks)
         calls = ((ref, run, *call) for call in zip(together, titles(together), strict=True))
         run_all(track, calls, in_flight=1, ended=bar.advance)
-    table, best = write_tables(ref)
+    champions = crown(ref, run)
+    table, best, selections = write_tables(ref)
     log_report(run, study.home.reports / study.study)
     write_catalog(study.lake.root)
-    finish_study(run, table, {"best_success_rate": best, "networks": float(len(networks))})
+    finish_study(run, table, {**best, "networks": float(len(networks))}, selections)
+    return champions
 
 
 @task(task_run_name="track {title}", cache_policy=NO_CACHE, persist_result=False)
@@ -46,9 +63,18 @@ def track(study: StudyRef, run: StudyRun, networks: tuple[Network, ...], title: 
     return len(networks)
 
 
+@task(task_run_name="champions", cache_policy=NO_CACHE, persist_result=False)
+def crown(study: StudyRef, run: StudyRun) -> list[str]:
+    """Move the alias `champion` of each policy where a network is better; gives what became of it."""
+    return crown_networks(study.open(), run)
+
+
 @task(task_run_name="write tables", cache_policy=NO_CACHE, persist_result=False)
-def write_tables(study: StudyRef) -> tuple[str, float]:
-    """Write the report to the reports folder and Prefect; return verdict and matrix as Markdown, and the best rate."""
+def write_tables(study: StudyRef) -> tuple[str, Metrics, dict[str, Metrics]]:
+    """Write the report to the reports folder and Prefect.
+
+    Gives verdict and matrix as Markdown, metrics of the best selection, and of each by the title of its run.
+    """
     opened = study.open()
     results = study_results(opened.lake, opened.study)
     report = build_report(results)
@@ -57,5 +83,6 @@ def write_tables(study: StudyRef) -> tuple[str, float]:
     create_markdown_artifact(markdown(report, figures=False), key="results", description=description)
     create_markdown_artifact(figures_markdown(report), key="figures", description=description)
     verdict = "\n".join(f"- {sentence}" for sentence in report.verdict)
-    table = f"# {opened.config.name}: success in percent\n\n{verdict}\n\n{matrix_markdown(results.headline)}"
-    return table, results.headline.summaries[0].success_rate
+    table = f"{verdict}\n\n## Success in percent\n\n{matrix_markdown(results.headline)}"
+    summaries = results.headline.summaries
+    return table, best_metrics(summaries[0]), selection_metrics(opened, summaries)

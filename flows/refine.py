@@ -6,10 +6,10 @@ from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.begin import begin
+from plancurate.flows.forms import CorrectedConfig
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all, shared_runner
 from plancurate.flows.train import train_missing
-from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyContext, StudyRef, reference
 from plancurate.tasks.study.corrections import make_corrections, missing_corrections
 from plancurate.tasks.study.networks import Network, wanted_networks
@@ -17,8 +17,13 @@ from plancurate.tasks.study.selections import study_selections
 
 
 @flow(name="refine", flow_run_name="refine {config.name}")
-def refine(config: StudyConfig, home: str | None = None) -> None:
-    """Do the study's rounds of corrections as far as they are missing: one task run for each network and round."""
+def refine(config: CorrectedConfig, home: str | None = None) -> None:
+    """Do the study's rounds of corrections as far as they are missing: one task run for each network and round.
+
+    Args:
+        config: The study: a preset, and what is different from it.
+        home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
+    """
     study = begin(config, home, "selections", "corrections")
     networks = wanted_networks(study, study_selections(study))
     for round in range(1, config.corrections.rounds + 1):

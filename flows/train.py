@@ -6,9 +6,9 @@ from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.begin import begin, say_made_again
+from plancurate.flows.forms import NetworksConfig
 from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all, shared_runner
-from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyContext, StudyRef, reference
 from plancurate.tasks.study.networks import (
     Network,
@@ -23,8 +23,13 @@ from plancurate.tasks.study.selections import study_selections
 
 
 @flow(name="train", flow_run_name="train {config.name}")
-def train(config: StudyConfig, home: str | None = None) -> None:
-    """Train what the home folder does not hold yet: one task run for some networks of a policy at once."""
+def train(config: NetworksConfig, home: str | None = None) -> None:
+    """Train what the home folder does not hold yet: one task run for some networks of a policy at once.
+
+    Args:
+        config: The study: a preset, and what is different from it.
+        home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
+    """
     study = begin(config, home, "selections")
     train_missing(study, [n for n in wanted_networks(study, study_selections(study)) if n.round == 0])
 

@@ -23,7 +23,7 @@ MAKE_TABLES = """
 import sys
 from plancurate.flows.server.prefect_server import prefect_server
 from plancurate.tasks.lake.home import Home
-from plancurate.tasks.study.tracking import ensure_store
+from plancurate.tasks.study.mlflow_store import ensure_store
 
 home = Home.resolve(sys.argv[1])
 ensure_store(home.mlflow_db)

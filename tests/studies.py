@@ -82,9 +82,10 @@ class StudyMaker:
         round: int = 0,
         kind: str = "displaced",
         pool: Mapping[str, str] = POOL,
+        xs: Sequence[float] = (),
         **changes: object,
     ) -> None:
-        """Record a network's trials, one a letter and cm from its target.
+        """Record a network's trials, one a letter and cm from its target, at these x in m or all in one place.
 
         S settled, R reached, C collided with the table, L broke joint 2's velocity limit, . lost.
         """
@@ -96,7 +97,8 @@ class StudyMaker:
                 "selection_seed": selection_seed, "policy": policy, "seed": seed, "round": round, "n_kept": 4,
                 "selection_time_s": 0.5, "train_s": 1.5, "test_id": number, "kind": kind,
                 "target_id": 0 if kind == "displaced" else None,
-                "distance_cm": number if kind == "displaced" else None, "x": 0.0, "y": 0.0, "z": 0.0,
+                "distance_cm": number if kind == "displaced" else None,
+                "x": xs[number] if xs else 0.0, "y": 0.0, "z": 0.0,
                 "hard": False, "success": outcome in "SR", "settled": outcome == "S", "precise": outcome == "S",
                 "reached": outcome in "SR", "collided": outcome == "C", "out_of_limits": outcome == "L",
                 "failure": FAILURES[outcome][0], "failure_detail": FAILURES[outcome][1], "steps": 10,

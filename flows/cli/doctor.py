@@ -14,7 +14,7 @@ from plancurate.flows.cli.lake import check as check_lake
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.server.prefect_server import check_reachable, configured_url
 from plancurate.tasks.lake.home import Home
-from plancurate.tasks.study import tracking
+from plancurate.tasks.study.mlflow_store import check_reachable as check_mlflow
 
 MODULES = ("prefect", "mlflow", "duckdb", "pyarrow", "pybullet", "toppra", "torch", "sklearn")
 FREE_GB = 2.0
@@ -124,5 +124,5 @@ def mlflow_store() -> str:
     uri = os.environ.get("MLFLOW_TRACKING_URI")
     if uri is None:
         return "none configured: studies are recorded in the home folder"
-    tracking.check_reachable(uri)
+    check_mlflow(uri)
     return uri

@@ -13,12 +13,23 @@ from plancurate.flows.cli.study_options import StudyOptions
 from plancurate.flows.server.prefect_server import prefect_server
 
 if TYPE_CHECKING:
+    from plancurate.tasks.lake.home import Home
+    from plancurate.tasks.study.config import StudyConfig
     from plancurate.tasks.study.context import StudyContext
 
 
-def study(options: StudyOptions = StudyOptions()) -> None:
-    """Plan, curate, train, evaluate and report: the whole way, from where an earlier run stopped."""
-    done = run("study", options)
+def study(*, grow: int = 0, options: StudyOptions = StudyOptions()) -> None:
+    """Plan, curate, train, evaluate and report: the whole way, from where an earlier run stopped.
+
+    Args:
+        grow: Training targets to add to what the study was last run to its end with.
+    """
+    config, home = options.study(), options.folder()
+    if grow:
+        from plancurate.tasks.study.growth import grown  # torch and SciPy: seconds, which no --help needs
+
+        config = grown(config, home, grow)
+    done = run("study", config, home)
     from plancurate.flows.cli.verdict import show_results  # only now: SciPy would hold up the start
 
     show_results(done)
@@ -26,17 +37,17 @@ def study(options: StudyOptions = StudyOptions()) -> None:
 
 def generate(options: StudyOptions = StudyOptions()) -> None:
     """Fill the lake with candidates: plan, time, play back in PyBullet, store."""
-    run("generate", options)
+    run("generate", options.study(), options.folder())
 
 
 def curate(options: StudyOptions = StudyOptions()) -> None:
     """Select trajectories from the lake with every selector and budget."""
-    run("curate", options)
+    run("curate", options.study(), options.folder())
 
 
 def train(options: StudyOptions = StudyOptions()) -> None:
     """Train every policy on every selection."""
-    run("train", options)
+    run("train", options.study(), options.folder())
 
 
 def refine(options: StudyOptions = StudyOptions()) -> None:
@@ -45,22 +56,22 @@ def refine(options: StudyOptions = StudyOptions()) -> None:
         raise PlancurateError(
             "corrections.rounds = 0: nothing is corrected; --corrections.rounds 1 asks for a round"
         )
-    run("refine", options)
+    run("refine", options.study(), options.folder())
 
 
 def evaluate(options: StudyOptions = StudyOptions()) -> None:
     """Roll every trained policy out on the study's tests."""
-    run("evaluate", options)
+    run("evaluate", options.study(), options.folder())
 
 
 def compact(options: StudyOptions = StudyOptions()) -> None:
     """Merge the many small files of a study's pool into one a planner; queries get faster."""
-    run("compact", options)
+    run("compact", options.study(), options.folder())
 
 
-def run(name: str, options: StudyOptions) -> StudyContext:
+def run(name: str, config: StudyConfig, home: Home) -> StudyContext:
     """Run the flow of that name on a Prefect server: the configured one, or one of our own for the time of it."""
-    config, home, module = options.study(), options.folder(), f"plancurate.flows.{name}"
+    module = f"plancurate.flows.{name}"
 
     @cache
     def opened() -> StudyContext:
@@ -80,5 +91,5 @@ def run(name: str, options: StudyOptions) -> StudyContext:
     with ExitStack() as stack:
         with console.status("starting Prefect's server"):
             stack.enter_context(prefect_server(home, meanwhile=prepare))
-        getattr(import_module(module), name)(config, str(home.root))
+        getattr(import_module(module), name)(config, home=str(home.root))
     return opened()

@@ -69,7 +69,7 @@ def _own_server(home: Home, api: str) -> Services:
 @contextmanager
 def _mlflow(home: Home) -> Iterator[tuple[str, Services]]:
     """MLflow's address and, unless it is a configured server's, the service behind it."""
-    from plancurate.tasks.study.tracking import ensure_store
+    from plancurate.tasks.study.mlflow_store import ensure_store
 
     store = ensure_store(home.mlflow_db)
     if store.startswith("http"):

@@ -42,14 +42,17 @@ class SelectorChoice(BaseModel):
         cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
         """Say in forms that a name alone will do."""
+        from plancurate.tasks.curation.selectors.base import selector_names  # DuckDB, as below
+
+        named = {"type": "string", "title": "Name", "enum": selector_names()}
         mapping = {
             "type": "object",
             "title": "With parameters",
-            "properties": {"name": {"type": "string", "title": "Name"}},
+            "properties": {"name": named},
             "required": ["name"],
             "additionalProperties": True,
         }
-        return {"title": "Selector", "anyOf": [{"type": "string", "title": "Name"}, mapping]}
+        return {"title": "Selector", "anyOf": [named, mapping]}
 
     @property
     def params(self) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field, field_validator
 
 from plancurate.bounds import Seed, Settings
+from plancurate.offers import offers
 
 if TYPE_CHECKING:
     from plancurate.tasks.learning.policies.policy import Policy
@@ -15,6 +16,13 @@ Action = Literal["delta", "absolute"]
 BASIC_OBSERVATION = ("target_offset", "joint_positions")
 TESTS_BY_DISTANCE = {0: 1, 1: 3, 2: 3, 3: 3, 4: 3, 5: 3}
 """Tests of each training target by displacement in cm."""
+
+
+def registered_terms() -> list[str]:
+    """Return the names of all observation terms."""
+    from plancurate.tasks.learning.observations import term_names
+
+    return term_names()
 
 
 class TrainSettings(Settings):
@@ -40,6 +48,7 @@ class TrainSettings(Settings):
         BASIC_OBSERVATION,
         min_length=1,
         description="observation terms, in the order in which a policy sees them",
+        json_schema_extra=offers(registered_terms),
     )
     demonstration_steps: Literal["time", "arc"] = Field(
         "time",

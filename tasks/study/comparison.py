@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from plancurate.tasks.lake.store import Lake
-from plancurate.tasks.study.against import cell
-from plancurate.tasks.study.bootstrap import Counts, paired_difference, pooled, rate_interval
+from plancurate.tasks.study.bootstrap import paired_difference, rate_interval
+from plancurate.tasks.study.paired_trials import Tested, tested
 from plancurate.tasks.study.rows import Cell, Row
 from plancurate.tasks.study.statistics import Interval, Outcomes, Test, holm
 from plancurate.tasks.study.studies import recorded_study
 from plancurate.tasks.study.trial_results import Kind
-from plancurate.tasks.study.trials import Bootstrap, Drawn, network_trials
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,8 @@ class RateDifference(Row):
     """Success of one selection in both studies over seeds and `policies`; 1 is 100 %.
 
     Only policies that both studies tried on the selection count, or a difference could be one of policies. Intervals
-    and tests are bootstraps over seeds and test targets, drawn apart for each study; difference above 0: b is better.
+    and tests are bootstraps over seeds and test targets; a test that both studies made, at the same position, is drawn
+    for both at once, so that their difference is paired. Difference above 0: b is better.
     """
 
     policies: tuple[str, ...]
@@ -60,27 +60,10 @@ class StudyComparison:
     only_b: list[Cell]
 
 
-@dataclass(frozen=True, eq=False)
-class Tested:
-    """Success of a study by selection and policy: counts and bootstrap draws."""
-
-    counts: Mapping[Cell, Mapping[str, Outcomes]]
-    drawn: Mapping[Cell, Drawn]
-
-    def outcomes(self, key: Cell, policies: Sequence[str]) -> Outcomes:
-        """All trials of some policies on a selection."""
-        parts = [self.counts[key][policy] for policy in policies]
-        return Outcomes(sum(part.successes for part in parts), sum(part.n for part in parts))
-
-    def draws(self, key: Cell, policies: Sequence[str]) -> Counts:
-        """Draws of some policies on a selection."""
-        return pooled({policy: self.drawn[key].by_policy[policy] for policy in policies})
-
-
 def compare_studies(lake: Lake, a: str, b: str, kind: Kind = "displaced") -> StudyComparison:
     """Compare two studies by their identifiers, a's best selection first; UnknownNameError for an unknown one."""
     setup_a, setup_b = recorded_setup(lake, a), recorded_setup(lake, b)
-    tested_a, tested_b = tested(lake, a, kind, seed=0), tested(lake, b, kind, seed=1)
+    tested_a, tested_b = tested(lake, a, b, kind)
     return StudyComparison(
         a=a,
         b=b,
@@ -115,15 +98,6 @@ def field_differences(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[FieldD
         for field in {**a, **b}
         if a.get(field) != b.get(field)
     ]
-
-
-def tested(lake: Lake, study: str, kind: Kind, seed: int) -> Tested:
-    """Success of a study by selection and policy; another seed draws other test targets."""
-    counts: dict[Cell, dict[str, Outcomes]] = {}
-    for row in lake.query("results/by_policy", study=study, kind=kind).to_pylist():
-        counts.setdefault(cell(row), {})[row["policy"]] = Outcomes(row["successes"], row["n"])
-    trials = network_trials(lake.query("results/outcomes", study=study, kind=kind))
-    return Tested(counts, Bootstrap(trials, seed).draw())
 
 
 def rate_differences(a: Tested, b: Tested) -> list[RateDifference]:

@@ -16,7 +16,8 @@ from pydantic import (
 from plancurate import native
 from plancurate.bounds import Seed, Settings
 from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
-from plancurate.robots import DEFAULT_ROBOT
+from plancurate.offers import offers
+from plancurate.robots import DEFAULT_ROBOT, robot_names, scene_names
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import source_names
 from plancurate.tasks.curation.selector_choice import SelectorChoice
@@ -30,7 +31,15 @@ BASIC_SELECTORS = (
     "KMeans_Hybrid", "DBSCAN_Hybrid", "Hierarchical_Hybrid",
 )  # fmt: skip
 POLICIES = ("BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN")
+MOST_TARGETS = 1_000_000
 Choice = Annotated[SelectorChoice, BeforeValidator(SelectorChoice.read)]
+
+
+def registered_policies() -> list[str]:
+    """Return the names of all policies."""
+    from plancurate.tasks.learning.policies import policy_names  # torch: no --help needs it
+
+    return policy_names()
 
 
 class StudyConfig(Settings):
@@ -43,16 +52,22 @@ class StudyConfig(Settings):
         description="Name of the study.",
     )
     robot: str = Field(
-        DEFAULT_ROBOT, description="A registered robot, or a folder with robot.yaml and a URDF."
+        DEFAULT_ROBOT,
+        description="A registered robot, or a folder with robot.yaml and a URDF.",
+        json_schema_extra=offers(robot_names, "Folder"),
     )
     scenes: tuple[str, ...] = Field(
-        ("free",), min_length=1, description="Registered scenes, or YAML files; one table goes across them."
+        ("free",),
+        min_length=1,
+        description="Registered scenes, or YAML files; one table goes across them.",
+        json_schema_extra=offers(scene_names, "File, or clutter:SEED"),
     )
-    n_targets: int = Field(5, ge=1, le=1_000_000, description="Training targets in each pool.")
+    n_targets: int = Field(5, ge=1, le=MOST_TARGETS, description="Training targets in each pool.")
     planners: tuple[str, ...] = Field(
         tuple(planner.name for planner in native.planners()),  # not a factory: Prefect's form shows the value
         min_length=1,
         description="OMPL planners by their class names, or other registered trajectory sources.",
+        json_schema_extra=offers(source_names),
     )
     candidates: GenerateSettings = Field(
         default_factory=GenerateSettings, description="Targets, planning, timing and playback."
@@ -72,7 +87,12 @@ class StudyConfig(Settings):
     selection_seeds: tuple[Seed, ...] = Field(
         (0,), min_length=1, description="Seeds of the selectors that draw at random."
     )
-    policies: tuple[str, ...] = Field(POLICIES, min_length=1, description="Policies to train.")
+    policies: tuple[str, ...] = Field(
+        POLICIES,
+        min_length=1,
+        description="Policies to train.",
+        json_schema_extra=offers(registered_policies),
+    )
     seeds: tuple[Seed, ...] = Field((0,), min_length=1, description="Training seeds.")
     training: TrainSettings = Field(TrainSettings(), description="Networks and optimisation.")
     corrections: CorrectionSettings = Field(
@@ -137,9 +157,7 @@ class StudyConfig(Settings):
     @field_validator("policies")
     @classmethod
     def _known_policies(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        from plancurate.tasks.learning.policies import policy_names  # torch: no --help needs it
-
-        return known("policy", names, policy_names())
+        return known("policy", names, registered_policies())
 
     @property
     def pool_labels(self) -> tuple[str, ...]:
@@ -170,16 +188,21 @@ def preset_names() -> list[str]:
     return sorted(path.stem for path in PRESETS.glob("*.yaml"))
 
 
+def preset_values(name: str) -> dict[str, Any]:
+    """Return the fields that a preset sets; UnknownNameError for a name that is none."""
+    if name not in preset_names():
+        raise UnknownNameError("preset", name, preset_names())
+    return read_mapping(PRESETS / f"{name}.yaml")
+
+
 def load_config(preset: str, file: Path | None, options: dict[str, Any]) -> StudyConfig:
     """Build a configuration from a preset, then a YAML file, then single fields, each over the one before.
 
     `options` holds the fields given on the command line. Raises PlancurateError naming the field, its value and
     what would be right.
     """
-    if preset not in preset_names():
-        raise UnknownNameError("preset", preset, preset_names())
     written = read_mapping(file) if file else {}
-    values = merged(merged(read_mapping(PRESETS / f"{preset}.yaml"), written), options)
+    values = merged(merged(preset_values(preset), written), options)
     try:
         return StudyConfig.model_validate(values)
     except ValidationError as error:

@@ -1,30 +1,84 @@
-"""What MLflow shows of a study: a parent run for the study and a child run for each network."""
+"""What MLflow shows of a study: a parent run, a run for each selection of each pool, and one for each network."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from plancurate.tasks.curation.names import label
 from plancurate.tasks.curation.selectors.selection import Selection
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.policies.serving import ServedPolicy
+from plancurate.tasks.study import text
 from plancurate.tasks.study.context import StudyContext
 from plancurate.tasks.study.evaluations import evaluation_id
+from plancurate.tasks.study.mlflow_records import ChildRun, StudyRun
+from plancurate.tasks.study.mlflow_store import ensure_store
 from plancurate.tasks.study.network_cells import cell_of_network, cell_of_row
 from plancurate.tasks.study.networks import Network, load_network, network_folder
 from plancurate.tasks.study.results import headline_networks
-from plancurate.tasks.study.rows import ResultRow
+from plancurate.tasks.study.rows import ALL_SCENES, Cell, ResultRow, SummaryRow
 from plancurate.tasks.study.selections import make_selection
-from plancurate.tasks.study.tracking import ChildRun, StudyRun, ensure_store, log_child, start_study
+from plancurate.tasks.study.tracking import log_child, start_study
+
+Metrics = dict[str, float]
 
 
-def open_parent_run(study: StudyContext) -> StudyRun:
-    """Open the study's parent run in MLflow, anew or where it was left."""
+def open_parent_run(study: StudyContext, networks: Sequence[Network]) -> StudyRun:
+    """Open the study's parent run in MLflow and those of these networks' selections, anew or where they were left."""
     config = study.config
     flat = {name: value for name, value in config.model_dump(mode="json").items() if name != "candidates"}
     scenes = dict.fromkeys(pool.scene.name for pool in study.pools)
     tags = {"robot": study.pools[0].robot.name, "scene": ", ".join(scenes), "study": config.name}
     uri = ensure_store(study.home.mlflow_db)
-    return start_study(uri, study.home.artifacts, config.name, study.study, flat, tags)
+    selections = {
+        selection_title(study, cell_of(study, network)): {
+            "selector": network.selection.choice.label,
+            "budget": text.budget(network.selection.budget),
+            "policy": "all",
+        }
+        for network in networks
+    }
+    return start_study(uri, study.home.artifacts, config.name, study.study, flat, tags, selections)
+
+
+def cell_of(study: StudyContext, network: Network) -> Cell:
+    """Say which selection a network learns from, in the words of result rows."""
+    wanted, pool = network.selection, study.pool(network.selection.pool)
+    return Cell(pool.scene.name, pool.label, wanted.choice.label, wanted.budget)
+
+
+def selection_title(study: StudyContext, cell: Cell) -> str:
+    """Name a selection's run, with scene and variant of the candidates where there are several."""
+    where = [cell.scene, cell.pool_label] if len(study.pools) > 1 else []
+    return " ".join(filter(None, [*where, label(cell.selector, cell.budget)]))
+
+
+def selection_metrics(study: StudyContext, rows: Sequence[SummaryRow]) -> dict[str, Metrics]:
+    """Return what each selection achieved over all its networks, by the title of its run."""
+    return {
+        selection_title(study, row.cell): {
+            **success_metrics(row),
+            "settled_rate": row.settled_rate,
+            "selection_time_s": row.selection_time_s,
+            "n": row.n,
+        }
+        for row in rows
+        if row.scene != ALL_SCENES
+    }
+
+
+def best_metrics(row: SummaryRow) -> Metrics:
+    """Return what the best selection achieved, for the parent run."""
+    return {f"best_{name}": value for name, value in success_metrics(row).items()}
+
+
+def success_metrics(row: SummaryRow) -> Metrics:
+    """Return a selection's success over all its networks, with its interval."""
+    return {
+        "success_rate": row.success_rate,
+        "success_rate_ci_low": row.interval.low,
+        "success_rate_ci_high": row.interval.high,
+    }
 
 
 def log_networks(study: StudyContext, run: StudyRun, networks: Sequence[Network]) -> None:
@@ -40,6 +94,8 @@ def child_run(study: StudyContext, network: Network, row: ResultRow) -> ChildRun
     selection, policy = make_selection(study, network.selection), load_network(study, network)
     return ChildRun(
         evaluation_id=evaluation_id(study, network),
+        study_name=study.config.name,
+        selection_title=selection_title(study, row.cell),
         selector=selection.selector,
         budget=selection.budget,
         policy=network.policy,

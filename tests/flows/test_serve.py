@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from prefect.exceptions import PrefectHTTPStatusError
 
 from plancurate.flows.server.deployments import deploy
 from plancurate.flows.server.services import healthy
@@ -127,7 +128,7 @@ def all_gone(home: Home, seconds: float) -> bool:
 
 def test_every_deployment_has_a_description_a_form_and_a_limit(serving: Serving) -> None:
     deployments = {item["name"]: item for item in request(serving, "POST", "/deployments/filter", {})}
-    assert set(deployments) == {"study", "generate", "curate", "train", "predict"}
+    assert len(deployments) == 9
     for name, deployment in deployments.items():
         assert deployment["description"]
         assert set(deployment["tags"]) == {"plancurate", name}
@@ -139,6 +140,14 @@ def test_every_deployment_has_a_description_a_form_and_a_limit(serving: Serving)
         assert deployment["work_pool_name"] == "plancurate"
     (nightly,) = deployments["study"]["schedules"]
     assert (nightly["schedule"]["cron"], nightly["active"]) == ("0 2 * * *", False)
+    assert nightly["parameters"] == {"grow": 5}
+
+
+def test_wrong_input_is_refused_before_anything_runs(serving: Serving) -> None:
+    study = request(serving, "GET", "/deployments/name/study/study")["id"]
+    wrong = {"parameters": {"config": {"policies": ["BC_CNN"]}}}
+    with pytest.raises(PrefectHTTPStatusError, match=r"config\.policies\[0\].*'BC_CNN' is not one of"):
+        request(serving, "POST", f"/deployments/{study}/create_flow_run", wrong)
 
 
 def test_a_deployment_runs_through_the_worker_and_fills_the_served_home(serving: Serving) -> None:

@@ -160,7 +160,7 @@ def test_a_model_loads_with_mlflow_and_without_unpickling(
     children = [
         run
         for run in client.search_runs([experiment.experiment_id], max_results=1000)
-        if "mlflow.parentRunId" in run.data.tags
+        if "plancurate.evaluation_id" in run.data.tags
     ]
     assert len(children) == len(SMOKE.selectors) * len(SMOKE.policies)
     run = next(run for run in children if run.info.run_name.startswith("KMeans_Hybrid k=2 BC_RNN seed"))

@@ -25,7 +25,7 @@ from plancurate.tasks.study.comparison import (
 from plancurate.tasks.study.statistics import Outcomes
 from plancurate.tasks.study.text import whole_percents
 
-from ..lakes import copied
+from ..lakes import POOL, copied
 from ..studies import StudyMaker
 
 SETUP = {
@@ -94,14 +94,45 @@ def test_success_is_compared_over_seeds_and_the_policies_that_both_tried(lake: L
 
 def test_differences_are_tested_and_adjusted_for_all_rows(lake: Lake) -> None:
     kmeans, general = compared(lake).results
-    # Each study's targets vary on their own; 2 imagined ones: a has 10 + 1 of 22 one way, b 20 + 1.
-    variances = [11 * 11 / 22 / 21 / 22, 21 * 1 / 22 / 21 / 22]
-    z = (21 / 22 - 11 / 22) / math.sqrt(sum(variances))
-    assert kmeans.p == pytest.approx(2 * stats.norm.sf(z), rel=0.4)
+    # The same 20 tests: b alone reaches 10 of them, and of 2 imagined ones each study reaches one alone.
+    variance = (12 / 22 - (10 / 22) ** 2) / 21
+    assert kmeans.p == pytest.approx(2 * stats.norm.sf(10 / 22 / math.sqrt(variance)), rel=0.4)
     assert kmeans.p_holm == pytest.approx(2 * kmeans.p)
     assert general.p_holm == pytest.approx(general.p)
     assert (kmeans.stars, general.stars) == ("***", "ns")
     assert kmeans.interval.low > 0.2
+
+
+def test_tests_at_other_places_are_drawn_apart(lake: Lake) -> None:
+    maker = StudyMaker(lake)
+    elsewhere = maker.record("c", "cccccccc")
+    maker.test(elsewhere, "KMeans", 20, "BC_MLP", successes(20), x=0.1)
+    (row,) = compared(lake, b=elsewhere).results
+    # Each study's targets vary on their own; 2 imagined ones: a has 10 + 1 of 22 one way, c 20 + 1.
+    variances = [11 * 11 / 22 / 21 / 22, 21 * 1 / 22 / 21 / 22]
+    z = (21 / 22 - 11 / 22) / math.sqrt(sum(variances))
+    # Drawn from all 40, the number of each study's own varies a little too.
+    assert stats.norm.isf(row.p / 2) == pytest.approx(z, rel=0.1)
+    (paired, _) = compared(lake).results
+    assert paired.difference == row.difference
+
+
+def test_what_went_over_other_scenes_is_not_compared_over_all(lake: Lake) -> None:
+    maker = StudyMaker(lake)
+    table, shelf = ({**POOL, "scene": scene, "pool": scene} for scene in ("table", "shelf"))
+    studies = [
+        maker.record(name, f"{name}{name}", pools=((POOL, ""), (other, "")))
+        for name, other in (("m", table), ("n", shelf))
+    ]
+    for study, other in zip(studies, (table, shelf), strict=True):
+        for pool in (POOL, other):
+            maker.test(study, "KMeans", 20, "BC_MLP", successes(10), pool=pool)
+    assert [row.scene for row in compared(lake, *studies).results] == ["free"]
+    assert [row.scene for row in compared(lake, studies[0], studies[0]).results] == [
+        "all scenes",
+        "free",
+        "table",
+    ]
 
 
 def test_turned_round_the_differences_change_their_signs(lake: Lake) -> None:

@@ -20,12 +20,14 @@ import torch
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_policy
-from plancurate.tasks.study import tracking
-from plancurate.tasks.study.tracking import ChildRun, StudyRun
+from plancurate.tasks.study import mlflow_store, tracking
+from plancurate.tasks.study.mlflow_models import champion, set_champion
+from plancurate.tasks.study.mlflow_records import ChildRun, StudyRun
 
 pytestmark = pytest.mark.server
 
 DOF = 6
+SELECTIONS = {"KMeans_Hybrid k=20": {"selector": "KMeans_Hybrid", "budget": "20", "policy": "all"}}
 
 
 @pytest.fixture(scope="session")
@@ -49,11 +51,11 @@ def model_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def begin(empty_store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., StudyRun]:
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     shutil.copy(empty_store, tmp_path / "mlflow.db")
-    uri = tracking.ensure_store(tmp_path / "mlflow.db")
+    uri = mlflow_store.ensure_store(tmp_path / "mlflow.db")
 
     def start(key: str = "k1") -> StudyRun:
         return tracking.start_study(
-            uri, tmp_path / "artifacts", "quick", key, {"n_targets": 5}, {"robot": "h2017"}
+            uri, tmp_path / "artifacts", "quick", key, {"n_targets": 5}, {"robot": "h2017"}, SELECTIONS
         )
 
     return start
@@ -63,6 +65,8 @@ def begin(empty_store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 def child(model_folder: Path) -> ChildRun:
     return ChildRun(
         evaluation_id="e1",
+        study_name="quick",
+        selection_title="KMeans_Hybrid k=20",
         selector="KMeans_Hybrid",
         budget=20,
         policy="BC_RNN",
@@ -80,11 +84,16 @@ def child(model_folder: Path) -> ChildRun:
     )
 
 
-def children(study: StudyRun) -> list:
+def below(study: StudyRun, run_id: str) -> list:
     from mlflow import MlflowClient
 
     client = MlflowClient(study.uri)
-    return list(client.search_runs([study.experiment_id], f"tags.`mlflow.parentRunId` = '{study.run_id}'"))
+    return list(client.search_runs([study.experiment_id], f"tags.`mlflow.parentRunId` = '{run_id}'"))
+
+
+def children(study: StudyRun) -> list:
+    """The networks' runs."""
+    return below(study, study.selections["KMeans_Hybrid k=20"])
 
 
 def test_a_child_run_says_what_it_is_and_what_came_out(
@@ -103,6 +112,23 @@ def test_a_child_run_says_what_it_is_and_what_came_out(
     (data,) = run.inputs.dataset_inputs
     assert (data.dataset.name, data.dataset.digest) == ("KMeans_Hybrid k=20", "0123456789ab-fedcba987654")
     assert "KMeans_Hybrid-k20-s0-fedcba987654" in data.dataset.source
+
+
+def test_a_selection_has_a_run_with_its_interval_above_those_of_its_networks(
+    begin: Callable[..., StudyRun], child: ChildRun
+) -> None:
+    study = begin()
+    tracking.log_child(study, child)
+    rates = {"success_rate": 0.9, "success_rate_ci_low": 0.8, "success_rate_ci_high": 0.95}
+    tracking.finish_study(study, "verdict", {}, {"KMeans_Hybrid k=20": rates})
+    (selection,) = below(study, study.run_id)
+    assert (selection.info.run_name, selection.info.status) == ("KMeans_Hybrid k=20", "FINISHED")
+    assert selection.data.metrics == rates
+    assert selection.data.params == {"selector": "KMeans_Hybrid", "budget": "20", "policy": "all"}
+    assert [run.info.run_name for run in below(study, selection.info.run_id)] == [
+        "KMeans_Hybrid k=20 BC_RNN seed 0"
+    ]
+    assert begin().selections == {"KMeans_Hybrid k=20": selection.info.run_id}
 
 
 def test_the_loss_curve_is_kept_step_by_step(begin: Callable[..., StudyRun], child: ChildRun) -> None:
@@ -131,10 +157,47 @@ def test_the_logged_model_predicts_without_unpickling_anything(
     assert np.isfinite(answer).all()
 
 
+def test_a_champion_is_an_alias_of_a_version_that_copies_nothing(
+    begin: Callable[..., StudyRun], child: ChildRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import mlflow.pyfunc
+
+    study = begin()
+    for number in (1, 2):
+        tracking.log_child(study, replace(child, evaluation_id=f"e{number}", seed=number))
+    before = sorted(tmp_path.rglob("artifacts/**/*"))
+    assert champion(study.uri, "quick-BC_RNN") is None
+    for number in (1, 2):
+        set_champion(study, "quick-BC_RNN", f"e{number}", "better")
+        assert champion(study.uri, "quick-BC_RNN") == f"e{number}"
+    assert champion(study.uri, "quick-BC_MLP") is None
+    assert sorted(tmp_path.rglob("artifacts/**/*")) == before
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", study.uri)
+    assert mlflow.pyfunc.load_model("models:/quick-BC_RNN@champion").predict(
+        np.zeros((1, 3 + DOF))
+    ).shape == (1, DOF)
+
+
+def test_a_model_is_called_by_study_selector_budget_and_policy(
+    begin: Callable[..., StudyRun], child: ChildRun
+) -> None:
+    from mlflow import MlflowClient
+
+    study = begin()
+    tracking.log_child(study, child)
+    shares = {"study_name": "v1.2", "selector": "Mine(share=0.2)", "budget": None, "evaluation_id": "e2"}
+    tracking.log_child(study, replace(child, **shares))
+    models = MlflowClient(study.uri).search_logged_models([study.experiment_id])
+    assert {model.name for model in models} == {
+        "quick-KMeans_Hybrid-k20-BC_RNN",
+        "v1_2-Mine(share=0_2)-all-BC_RNN",
+    }
+
+
 def test_a_study_taken_up_again_repeats_no_child(begin: Callable[..., StudyRun], child: ChildRun) -> None:
     first = begin()
     tracking.log_child(first, child)
-    tracking.finish_study(first, "| selector |", {})
+    tracking.finish_study(first, "| selector |", {}, {})
     again = begin()
     assert again.run_id == first.run_id
     assert again.logged == {"e1"}
@@ -166,12 +229,12 @@ def test_the_results_table_becomes_the_description(begin: Callable[..., StudyRun
     from mlflow import MlflowClient
 
     study = begin()
-    tracking.finish_study(study, "| selector | success |\n|---|---|", {"best_success_rate": 0.9})
+    tracking.finish_study(study, "| selector | success |\n|---|---|", {"best_success_rate": 0.9}, {})
     client = MlflowClient(study.uri)
     run = client.get_run(study.run_id)
     assert run.info.status == "FINISHED"
     assert run.data.tags["mlflow.note.content"].startswith("| selector")
-    assert "\n\n| selector" in client.get_experiment(study.experiment_id).tags["mlflow.note.content"]
+    assert client.get_experiment(study.experiment_id).tags["mlflow.note.content"].startswith("| selector")
     assert run.data.metrics == {"best_success_rate": 0.9}
 
 
@@ -182,7 +245,7 @@ def test_the_experiment_links_to_a_view_of_its_runs_whose_columns_exist(
 
     study = begin()
     tracking.log_child(study, replace(child, metrics=dict.fromkeys(tracking.VIEW_COLUMNS["metrics"], 0.5)))
-    tracking.finish_study(study, "table", {})
+    tracking.finish_study(study, "table", {}, {})
     tags = MlflowClient(study.uri).get_experiment(study.experiment_id).tags
     (shared,) = re.findall(r"viewStateShareKey=(\w+)", tags["mlflow.note.content"])
     view = json.loads(tags[f"mlflow.sharedViewState.{shared}"])
@@ -200,10 +263,11 @@ def test_a_long_table_is_cut_between_lines_and_kept_whole_as_a_file(
 
     study = begin()
     table = "\n".join(f"| row {i:04d} |" for i in range(1000))
-    tracking.finish_study(study, table, {})
+    tracking.finish_study(study, table, {}, {})
     client = MlflowClient(study.uri)
     note = client.get_run(study.run_id).data.tags["mlflow.note.content"]
     assert len(note) <= tracking.MAX_NOTE
+    assert len(client.get_experiment(study.experiment_id).tags["mlflow.note.content"]) <= tracking.MAX_NOTE
     assert set(note.split("\n\n")[0].split("\n")) <= set(table.split("\n"))
     assert Path(client.download_artifacts(study.run_id, "results.md", str(tmp_path))).read_text() == table
 
@@ -230,7 +294,7 @@ def test_a_server_that_does_not_answer_is_said_in_one_line(
     with pytest.raises(
         PlancurateError, match=r"MLFLOW_TRACKING_URI=http://127\.0\.0\.1:9: no MLflow server answers"
     ):
-        tracking.ensure_store(tmp_path / "mlflow.db")
+        mlflow_store.ensure_store(tmp_path / "mlflow.db")
     assert not list(tmp_path.iterdir())
 
 
@@ -242,12 +306,14 @@ def test_a_file_that_is_no_database_is_said_in_one_line(
     with pytest.raises(
         PlancurateError, match=r"mlflow\.db: not a database that this MLflow can use"
     ) as caught:
-        tracking.ensure_store(tmp_path / "mlflow.db")
+        mlflow_store.ensure_store(tmp_path / "mlflow.db")
     assert "\n" not in str(caught.value)
 
 
 def test_processes_that_start_at_once_all_get_a_store(tmp_path: Path) -> None:
-    code = "import pathlib as p; from plancurate.tasks.study import tracking as t; t.ensure_store(p.Path('mlflow.db'))"
+    code = (
+        "import pathlib, plancurate.tasks.study.mlflow_store as m; m.ensure_store(pathlib.Path('mlflow.db'))"
+    )
     command = [sys.executable, "-c", code]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     started = [subprocess.Popen(command, cwd=tmp_path, **pipes) for _ in range(2)]
@@ -266,33 +332,30 @@ def test_a_copied_home_finds_its_models_and_artifacts_when_the_original_is_gone(
     original, copy = tmp_path / "home", tmp_path / "a copy"
     original.mkdir()
     shutil.copy(empty_store, original / "mlflow.db")
-    uri = tracking.ensure_store(original / "mlflow.db")
+    uri = mlflow_store.ensure_store(original / "mlflow.db")
     client = MlflowClient(uri)
     elsewhere = client.create_experiment("mine", artifact_location=f"file://{tmp_path}/mine/artifacts")
-    study = tracking.start_study(uri, original / "artifacts", "quick", "k1", {}, {})
+    study = tracking.start_study(uri, original / "artifacts", "quick", "k1", {}, {}, SELECTIONS)
     run_id = tracking.log_child(study, child)
     assert run_id is not None
-    tracking.finish_study(study, "| a |", {})
+    tracking.finish_study(study, "| a |", {}, {})
     model_id = client.get_run(run_id).outputs.model_outputs[0].model_id
-    client.create_registered_model("policy")
-    monkeypatch.setenv("MLFLOW_TRACKING_URI", uri)
-    client.create_model_version("policy", f"models:/{model_id}", run_id, model_id=model_id)
+    set_champion(study, "policy", "e1", "the first")
     shutil.copytree(original, copy)
     shutil.rmtree(original)
-    monkeypatch.delenv("MLFLOW_TRACKING_URI")
 
-    uri = tracking.ensure_store(copy / "mlflow.db")
+    uri = mlflow_store.ensure_store(copy / "mlflow.db")
     client = MlflowClient(uri)
     assert Path(client.download_artifacts(study.run_id, "results.md")).read_text() == "| a |"
     assert [file.path for file in client.list_artifacts(study.run_id)] == ["results.md"]
     monkeypatch.setenv("MLFLOW_TRACKING_URI", uri)
-    for name in (f"models:/{model_id}", "models:/policy/1"):
+    for name in (f"models:/{model_id}", "models:/policy/1", "models:/policy@champion"):
         assert mlflow.pyfunc.load_model(name).predict(np.zeros((1, 3 + DOF))).shape == (1, DOF)
     monkeypatch.delenv("MLFLOW_TRACKING_URI")
     assert client.get_experiment(elsewhere).artifact_location == f"file://{tmp_path}/mine/artifacts"
     with closing(sqlite3.connect(copy / "mlflow.db")) as database:
         assert not [line for line in database.iterdump() if str(original) in line]
-    again = tracking.start_study(uri, copy / "artifacts", "quick", "k2", {}, {})
+    again = tracking.start_study(uri, copy / "artifacts", "quick", "k2", {}, {}, SELECTIONS)
     assert client.get_run(again.run_id).info.artifact_uri.startswith((copy / "artifacts").as_uri())
 
 
@@ -301,5 +364,5 @@ def test_opening_a_home_where_it_was_made_writes_nothing_to_its_database(
 ) -> None:
     begin()
     before = (tmp_path / "mlflow.db").read_bytes()
-    tracking.ensure_store(tmp_path / "mlflow.db")
+    mlflow_store.ensure_store(tmp_path / "mlflow.db")
     assert (tmp_path / "mlflow.db").read_bytes() == before
