@@ -1,7 +1,9 @@
 """Commands in processes of their own that begin where their imports have ended.
 
 Importing Prefect, MLflow and torch takes a command longer than most of what tests ask of it. So one process imports
-them and forks for every command, which then goes on as one that was typed: its own environment, files, exit.
+them and forks for every command, which then goes on as one that was typed: its own environment, files, exit. It ends
+as an interpreter does, with its threads and exit handlers, but doesn't free what it was forked with, which would copy
+all of it first and take as long as importing it.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from ..homes import environment
 
 TIMEOUT_S = 600
 FORK = """
-import json, os, signal, sys
+import atexit, gc, json, os, signal, sys, threading, traceback
 
 import alembic.command, mlflow.pyfunc, mlflow.store.tracking.sqlalchemy_store, pandas, prefect.flow_engine
 import prefect.task_engine, pyarrow.pandas_compat, scipy.signal, sklearn.cluster, toppra, torch
@@ -23,20 +25,33 @@ import plancurate.flows.cli.stages, plancurate.flows.cli.verdict, plancurate.flo
 import plancurate.tasks.curation.selectors.cupid, plancurate.tasks.curation.selectors.dtw
 from plancurate.flows.cli.app import main
 
+gc.freeze()  # or each collection in a command would copy all of it
 for line in sys.stdin:
     call = json.loads(line)
     if (child := os.fork()) == 0:
         break
     print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 else:
-    sys.exit()
+    os._exit(0)
 signal.alarm(call["seconds"])
 os.chdir(call["folder"])
 os.environ.clear()
 os.environ.update(call["environment"])
 for descriptor, name in enumerate(call["files"]):
     os.dup2(os.open(name, os.O_RDWR), descriptor)
-main(call["words"])
+code = 0
+try:
+    main(call["words"])
+except SystemExit as end:
+    code = end.code or 0
+except BaseException:
+    traceback.print_exc()
+    code = 1
+threading._shutdown()
+atexit._run_exitfuncs()
+sys.stdout.flush()
+sys.stderr.flush()
+os._exit(code)
 """
 
 
