@@ -32,6 +32,7 @@ def report(
     """
     from plancurate.tasks.report import (  # Jinja2 and the figures: no --help needs them
         build_report,
+        study_pictures,
         write_report,
     )
 
@@ -39,7 +40,8 @@ def report(
     lake = Lake(home.lake)
     results = study_results(lake, find_study(lake, study, key))
     rows = results.on(kind).networks if kind else results.headline.networks
-    page = write_report(build_report(results), home.reports / results.study.study)
+    shown = build_report(results, study_pictures(home, results))
+    page = write_report(shown, home.reports / results.study.study)
     write(as_json(rows) if format == "json" else report_markdown(rows))
     say_degenerate(lake, results.study.study)
     console.print(f"report {page}", highlight=False, soft_wrap=True)
