@@ -1,6 +1,6 @@
--- A trial of a study that succeeded and one that failed, of one test where there is such: rather a test that a
--- network on the selection asked for reaches and one on the other selector's does not, rather with a collision,
--- rather a hard one. Grain: one trial, at most one of each outcome.
+-- A trial of a study that succeeded and one that failed, of one test where there is such: rather a test that
+-- a network on the selection asked for reaches and one on the other selector's does not, rather with a
+-- collision, rather a hard one. Grain: one trial, at most one of each outcome.
 -- $study, $kind: of tests; $scene, $pool_label: of the pool; $selector, $budget: whose success is shown;
 -- $against: the selector whose failure is shown.
 WITH trials AS (
