@@ -18,6 +18,9 @@ from plancurate.tasks.motion.settings import MotionSettings
 from plancurate.tasks.motion.tracking import tracking
 from plancurate.tasks.motion.violations import Verdict, verdict
 
+REVISION = 1
+"""Raise it when a motion gets another verdict than before: the keys of studies that verify rollouts hold it."""
+
 LONGEST_S = 3600.0
 MOST_PIECES = 1000  # states checked between two control steps of a motion that jumps
 
