@@ -12,7 +12,7 @@ from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.motion.predict import PredictSettings
 from plancurate.tasks.study.config import StudyConfig
-from plancurate.tasks.study.context import StudyContext, open_study
+from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
 from plancurate.tasks.study.network_cells import Cell as NetworkCell
 from plancurate.tasks.study.network_cells import cell_of_network, cell_of_row
 from plancurate.tasks.study.networks import Network, load_network, wanted_networks
@@ -58,8 +58,13 @@ def study_policy(home: Home, choice: Choice) -> StudyPolicy:
     network = network_of(opened, cell_of_row(row))
     pool = opened.pool(network.selection.pool)
     sources = (opened.config.robot, pool.scene_source)
-    settings = PredictSettings(candidates=pool.settings, rollout=opened.config.evaluation)
+    settings = predict_settings(opened, pool)
     return StudyPolicy(row, load_network(opened, network), pool.robot, pool.scene, sources, settings)
+
+
+def predict_settings(study: StudyContext, pool: PoolContext) -> PredictSettings:
+    """How motions of a pool's networks are made: as its candidates were planned and its networks tested."""
+    return PredictSettings(candidates=pool.settings, rollout=study.config.evaluation)
 
 
 def reopened(home: Home, study: str) -> StudyContext:

@@ -31,6 +31,8 @@ from plancurate.tasks.study.artifact_roots import adopt_artifacts
 if TYPE_CHECKING:
     from mlflow import MlflowClient
 
+    from plancurate.tasks.motion.served import ServedWorld
+
 NOTE = "mlflow.note.content"
 PARENT = "mlflow.parentRunId"
 STUDY = "plancurate.study"  # the same identifier as in the lake
@@ -42,7 +44,7 @@ VIEW_COLUMNS = {
     "metrics": ("success_rate", "success_rate_ci_low", "success_rate_ci_high", "settled_rate",
                 "final_distance", "path_length", "joint_movement", "selection_time_s", "train_time_s"),
 }  # fmt: skip
-MODEL_LOADER = "plancurate.tasks.learning.policies.serving"
+MODEL_LOADER = "plancurate.tasks.motion.served"
 REQUIREMENTS = ["plancurate"]  # given: working them out would load the model in a process of its own
 MAX_NOTE = 5000  # MLflow cuts longer tags of an experiment off in silence
 REACH_TIMEOUT_S = 5.0
@@ -83,9 +85,10 @@ class ChildRun:
     selection_id: str
     n_kept: int
     model_folder: Path
-    model_inputs: int
-    """Numbers in a row that the served model takes."""
-    dof: int
+    world: ServedWorld
+    """Where the served model makes motions."""
+    example: tuple[float, float, float]
+    """A target to ask the served model for, m."""
     tags: Mapping[str, str]
 
     @property
@@ -297,29 +300,30 @@ def _log_dataset(client: MlflowClient, run_id: str, child: ChildRun) -> None:
 
 
 def _log_model(client: MlflowClient, experiment_id: str, run_id: str, child: ChildRun) -> str:
-    """Store the policy as an MLflow model: safetensors, JSON and the name of the module that loads them."""
+    """Store the policy with its world as an MLflow model: files and the name of the module that loads them."""
     import mlflow.pyfunc
     import numpy as np
     from mlflow.entities import LoggedModelOutput, LoggedModelStatus
     from mlflow.models import Model, ModelSignature
     from mlflow.types import Schema, TensorSpec
 
-    signature = ModelSignature(
-        inputs=Schema([TensorSpec(np.dtype(np.float64), (-1, child.model_inputs))]),
-        outputs=Schema([TensorSpec(np.dtype(np.float64), (-1, child.dof))]),
-    )
+    from plancurate.tasks.motion.served import save_served
+
+    # Targets or observations in; what comes out for a target is no tensor.
+    signature = ModelSignature(inputs=Schema([TensorSpec(np.dtype(np.float64), (-1, -1))]))
     model = client.create_logged_model(
         experiment_id, name=child.policy, source_run_id=run_id, tags={"selection": child.selection}
     )
     with tempfile.TemporaryDirectory() as folder:
-        path = str(Path(folder) / "model")
+        path, served = str(Path(folder) / "model"), Path(folder) / "served"
+        save_served(served, child.model_folder, child.world)
         mlflow.pyfunc.save_model(
             path,
             loader_module=MODEL_LOADER,
-            data_path=str(child.model_folder),
+            data_path=str(served),
             mlflow_model=Model(run_id=run_id, model_id=model.model_id),
             signature=signature,
-            input_example=np.zeros((1, child.model_inputs)),
+            input_example=np.array([child.example]),
             pip_requirements=REQUIREMENTS,
         )
         client.log_model_artifacts(model.model_id, path)

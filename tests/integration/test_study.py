@@ -180,6 +180,9 @@ def test_a_model_loads_with_mlflow_and_without_unpickling(
     model = mlflow.pyfunc.load_model(str(folder))
     answer = model.predict(np.zeros((4, 9)))
     assert np.asarray(answer).shape == (4, 6)
+    (motion,) = model.predict(np.array([[0.9, 0.1, 0.6]]))
+    assert motion["verdict"]["passed"]
+    assert np.shape(motion["motion"]["positions"])[1] == 6
 
 
 def test_a_study_leaves_a_page_whose_numbers_the_lake_gives_again(
