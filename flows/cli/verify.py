@@ -42,8 +42,10 @@ class RolloutOptions:
     target: tuple[float, float, float] | None = None
     """Position for the tool, m."""
 
-    def read(self, options: HomeOptions, robot: str | None, scene: str | None) -> tuple[World, Motion]:
-        """The rollout, timed, and its world; PlancurateError for one that does not come near its target."""
+    def read(
+        self, options: HomeOptions, robot: str | None, scene: str | None
+    ) -> tuple[World, Motion, Payload | None]:
+        """The rollout, timed, with its world and payload; PlancurateError for one that does not come near."""
         if self.target is None or robot is not None:
             raise PlancurateError("verify: --study needs --target X Y Z, and takes no --robot")
         from plancurate.tasks.motion.timed import rollout_motion
@@ -53,9 +55,9 @@ class RolloutOptions:
         chosen = study_policy(options.folder(), choice)
         world, settings = (chosen.robot, chosen.scene), chosen.settings
         position, candidates = np.array(self.target), settings.candidates
-        return world, rollout_motion(
-            chosen.trained, *world, position, candidates, settings.rollout, settings.seed
-        )
+        evaluation, seed = settings.rollout, settings.seed
+        motion = rollout_motion(chosen.trained, *world, position, candidates, evaluation, seed)
+        return world, motion, candidates.verify.payload
 
 
 def verify(
@@ -95,7 +97,8 @@ def verify(
     from plancurate.tasks.motion.verify import verify_motion
 
     if rollout.study is not None:
-        world, motion = rollout.read(options, robot, scene)
+        world, motion, carried = rollout.read(options, robot, scene)
+        payload = payload or carried
     elif lake is not None:
         world, motion = lake_motion(options, lake, robot, scene)
     else:

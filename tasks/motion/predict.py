@@ -168,7 +168,7 @@ def predict_motions(
         raise PlancurateError(
             f"targets: shape {targets.shape}; rows of x, y and z in m, all finite, would be right"
         )
-    predictor = Predictor(robot, scene, settings, payload)
+    predictor = Predictor(robot, scene, settings, payload or settings.candidates.verify.payload)
     predictions = [Prediction((float(x), float(y), float(z))) for x, y, z in targets]
     offered = [] if policy is None else proposals(policy, settings.proposals)
     for number, proposal in enumerate(offered):

@@ -94,7 +94,8 @@ def verdict_on(pool: PoolContext, path: PolicyPath) -> dict[str, Any]:
         motion = timed_motion(pool.robot, pool.scene, path.path, pool.settings.timing)
     except PlancurateError as error:
         return judged(TIMING, str(error))
-    first, duration = verify_motion(pool.robot, pool.scene, motion).first, float(motion.times[-1])
+    verdict = verify_motion(pool.robot, pool.scene, motion, payload=pool.settings.verify.payload)
+    first, duration = verdict.first, float(motion.times[-1])
     return judged("", "", duration) if first is None else judged(first.check, first.sentence, duration)
 
 
