@@ -18,7 +18,7 @@ from plancurate.tasks.study.network_cells import cell_of_network, cell_of_row
 from plancurate.tasks.study.networks import Network, load_network, wanted_networks
 from plancurate.tasks.study.results import headline_networks, study_results
 from plancurate.tasks.study.rows import ALL_SCENES, Cell, ResultRow
-from plancurate.tasks.study.selections import study_selections
+from plancurate.tasks.study.selections import study_pool, wanted_selections
 from plancurate.tasks.study.studies import find_study, recorded_study
 from plancurate.tasks.study.verdict import verdicts
 
@@ -79,8 +79,9 @@ def reopened(home: Home, study: str) -> StudyContext:
 
 
 def network_of(study: StudyContext, cell: NetworkCell) -> Network:
-    """The network of a study that results call by these words."""
-    networks = wanted_networks(study, study_selections(study))
+    """The network of a study that results call by these words; only its own pool is loaded."""
+    pool = next(one for one in study.pools if (one.scene.name, one.label) == cell[:2])
+    networks = wanted_networks(study, wanted_selections(study, pool, study_pool(study, pool)))
     return next(one for one in networks if cell_of_network(study, one) == cell)
 
 
