@@ -9,7 +9,7 @@ from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.pictures.files import COLOURS, png
 from plancurate.tasks.pictures.film import still
-from plancurate.tasks.pictures.shot import Shot
+from plancurate.tasks.pictures.shot import GOOD, Shot
 from plancurate.tasks.report.contents import Figure, Section
 from plancurate.tasks.report.svg import Drawing
 from plancurate.tasks.study.against import BASELINE
@@ -22,10 +22,17 @@ from plancurate.tasks.study.seen_rollouts import contrast_shots
 
 SIZE = (480, 360)  # pixels
 MOST_POOLS = 3  # that are shown more of than their scenes: seconds, and a page of a megabyte
+SCORES = (
+    "The best and the worst composite score of all candidates to the target where they are farthest apart."
+)
+KEPT = "The tool's path of each trajectory that is kept, at most some hundreds, and the training targets."
 GOES = (
     "The tool's path and where the arm ends. Green: it reaches the target, the ring; red: it fails, and what touches "
     "then is red."
 )
+
+Note = Callable[[Sequence[Shot]], str]
+"""What is said of a figure, by what could be shown."""
 
 
 def study_pictures(home: Home, results: StudyResults) -> Section:
@@ -55,26 +62,26 @@ def pool_figures(study: StudyContext, pool: PoolContext, results: StudyResults) 
     number, where = study.pools.index(pool) + 1, f" in {pool.title}" if len(study.pools) > 1 else ""
     cells = shown_cells(results, pool)
 
-    def figure(key: str, title: str, note: str, make: Callable[[], Sequence[Shot]]) -> Figure:
+    def figure(key: str, title: str, note: Note, make: Callable[[], Sequence[Shot]]) -> Figure:
         return figure_of(f"picture_{key}_{number}", f"{title}{where}", note, make)
 
     yield figure(
         "extremes",
         "A good and a bad trajectory",
-        "The best and the worst composite score of all candidates to the target where they are farthest apart.",
+        lambda _: SCORES,
         lambda: extreme_shots(study, pool),
     )
     yield figure(
         "kept",
         "What selections keep",
-        "The tool's path of each trajectory that is kept, at most some hundreds, and the training targets.",
+        lambda _: KEPT,
         lambda: [kept_shot(study, pool, cell) for cell in cells],
     )
     yield figure(
         "rollouts",
         "A rollout that succeeds and one that fails",
-        f"{GOES} Both are sent to the same target where one of the tests came out both ways: an example, not the rule.",
-        lambda: rollouts(study, pool, results, cells[0]),
+        rollout_note,
+        lambda: contrast_shots(study, pool, results.headline.kind, cells[0]),
     )
 
 
@@ -85,22 +92,21 @@ def shown_cells(results: StudyResults, pool: PoolContext) -> list[Cell]:
     return best + [row.cell for row in rows if row.selector == BASELINE]
 
 
-def rollouts(study: StudyContext, pool: PoolContext, results: StudyResults, cell: Cell) -> list[Shot]:
-    """One success and one failure; PlancurateError where every test came out the same."""
-    shots = contrast_shots(study, pool, results.headline.kind, cell)
-    if len(shots) < 2:
-        how = "reaches its target" if True in shots else "fails"
-        raise PlancurateError(f"every tested rollout {how}")
-    return [shots[True], shots[False]]
+def rollout_note(shots: Sequence[Shot]) -> str:
+    """What two rollouts show, or why there is one alone."""
+    if len(shots) > 1:
+        return f"{GOES} Both are sent to the same target where a test came out both ways: an example, not the rule."
+    how = "reaches its target" if shots[0].runs[0].colour == GOOD else "fails"
+    return f"{GOES} There is one alone: every tested rollout {how}."
 
 
-def figure_of(key: str, title: str, note: str, make: Callable[[], Sequence[Shot]]) -> Figure:
+def figure_of(key: str, title: str, note: Note, make: Callable[[], Sequence[Shot]]) -> Figure:
     """Shots beside each other, seen from the same place; the reason instead where there are none."""
     try:
         shots = make()
     except PlancurateError as error:
         return Figure(key, title, f"Not shown: {error}.", [])
-    return Figure(key, title, note, [(shot.title, drawing(shot, shots)) for shot in shots])
+    return Figure(key, title, note(shots), [(shot.title, drawing(shot, shots)) for shot in shots])
 
 
 def drawing(shot: Shot, beside: Sequence[Shot]) -> Drawing:

@@ -61,8 +61,8 @@ def telling_target(home: Home, choice: Choice, shown: list[StudyPolicy]) -> Floa
     return np.array([test["x"], test["y"], test["z"]])
 
 
-def contrast_shots(study: StudyContext, pool: PoolContext, kind: Kind, cell: Cell) -> dict[bool, Shot]:
-    """A tested rollout of a study that succeeds (True) and one that fails (False), as far as there are such.
+def contrast_shots(study: StudyContext, pool: PoolContext, kind: Kind, cell: Cell) -> list[Shot]:
+    """A tested rollout of a study that succeeds, and one that fails, as far as there are such.
 
     To the same target where one test came out both ways; rather a success on the selection named and a failure on
     General.
@@ -77,7 +77,7 @@ def contrast_shots(study: StudyContext, pool: PoolContext, kind: Kind, cell: Cel
         budget=cell.budget,
         against=BASELINE,
     ).to_pylist()
-    return {row["success"]: tested_shot(study, pool, row) for row in rows}
+    return [tested_shot(study, pool, row) for row in rows]
 
 
 def tested_shot(study: StudyContext, pool: PoolContext, row: Mapping[str, Any]) -> Shot:
