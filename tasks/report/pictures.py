@@ -97,7 +97,7 @@ def rollout_note(shots: Sequence[Shot]) -> str:
     if len(shots) > 1:
         return f"{GOES} Both are sent to the same target where a test came out both ways: an example, not the rule."
     how = "reaches its target" if shots[0].runs[0].colour == GOOD else "fails"
-    return f"{GOES} There is one alone: every tested rollout {how}."
+    return f"{GOES} There is one alone, of {shots[0].title}: every tested rollout {how}."
 
 
 def figure_of(key: str, title: str, note: Note, make: Callable[[], Sequence[Shot]]) -> Figure:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,9 @@ def test_a_rollout_alone_says_that_every_other_ended_like_it() -> None:
     robot, scene = load_world("h2017", "free")
     reached, lost = (Shot(robot, scene, (Run(np.arange(2.0), np.zeros((2, 6)), c),)) for c in (GOOD, BAD))
     assert rollout_note([reached]).endswith("every tested rollout reaches its target.")
-    assert rollout_note([lost]).endswith("every tested rollout fails.")
+    assert rollout_note([replace(lost, title="BC_MLP on General")]).endswith(
+        "There is one alone, of BC_MLP on General: every tested rollout fails."
+    )
     assert "the same target" in rollout_note([reached, lost])
 
 
