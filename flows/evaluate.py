@@ -11,6 +11,7 @@ from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all, shared_runner
 from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.evaluations import count_rollouts, evaluate_networks, missing_evaluations
+from plancurate.tasks.study.motion_verdicts import missing_verdicts, verify_rollouts
 from plancurate.tasks.study.networks import Network, groups, titles
 from plancurate.tasks.study.records import record_study
 from plancurate.tasks.study.references import make_references, missing_references
@@ -24,7 +25,7 @@ def evaluate(config: WholeConfig, home: str | None = None) -> None:
         config: The study: a preset, and what is different from it.
         home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
     """
-    study = begin(config, home, "evaluations", "reference_trials", "studies")
+    study = begin(config, home, "evaluations", "reference_trials", "motion_verdicts", "studies")
     missing = missing_evaluations(study)
     record_study(study)
     pools = [(reference(study), pool.pool, pool.title) for pool in missing_references(study)]
@@ -33,6 +34,11 @@ def evaluate(config: WholeConfig, home: str | None = None) -> None:
         together = groups(missing)
         calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
         run_all(evaluate_group, calls, config.workers, bar.advance, runner=shared_runner(config))
+    if unverified := missing_verdicts(study):
+        with stage("verify", len(unverified), "networks") as bar:
+            together = groups(unverified)
+            calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
+            run_all(verify_group, calls, config.workers, bar.advance, runner=shared_runner(config))
 
 
 @task(
@@ -59,3 +65,16 @@ def reference_trials(study: StudyRef, pool: str, title: str) -> int:
 def evaluate_group(study: StudyRef, networks: tuple[Network, ...], title: str) -> int:
     """Roll networks of one policy out and write one part of trials for each; gives how many rollouts."""
     return evaluate_networks(study.open(), networks)
+
+
+@task(
+    name="verify rollouts",
+    task_run_name="verify {title}",
+    tags=["evaluate"],
+    timeout_seconds=6 * 3600,
+    cache_policy=NO_CACHE,
+    persist_result=False,
+)
+def verify_group(study: StudyRef, networks: tuple[Network, ...], title: str) -> int:
+    """Time and verify rollouts of networks of one policy and write one part of verdicts for each; gives how many."""
+    return verify_rollouts(study.open(), networks)

@@ -12,7 +12,7 @@ from plancurate.flows.progress import stage
 from plancurate.flows.task_runs import run_all
 from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.lake.home import Home
-from plancurate.tasks.report import build_report, markdown, write_report
+from plancurate.tasks.report import build_report, markdown, study_pictures, write_report
 from plancurate.tasks.report.embedded import figures_markdown
 from plancurate.tasks.study.champions import crown_networks
 from plancurate.tasks.study.context import StudyRef, open_study, reference
@@ -77,7 +77,7 @@ def write_tables(study: StudyRef) -> tuple[str, Metrics, dict[str, Metrics]]:
     """
     opened = study.open()
     results = study_results(opened.lake, opened.study)
-    report = build_report(results)
+    report = build_report(results, study_pictures(opened.home, results))
     write_report(report, opened.home.reports / opened.study)
     description = f"Report of study {opened.study}"
     create_markdown_artifact(markdown(report, figures=False), key="results", description=description)

@@ -110,6 +110,21 @@ class StudyMaker:
         part = pa.Table.from_pylist(rows, table("evaluations").schema)
         self.lake.write("evaluations", {**pool, "study": study}, key, part, {})
 
+    def judge(self, study: str, selector: str, budget: int | None, policy: str, verdicts: str) -> None:
+        """Record what the verifier says of a network's displaced tests: P passes, F fails, . was not looked at."""
+        key = f"{selector}-{budget}-{policy}-0-0-0-displaced"
+        rows = [
+            {
+                "evaluation_id": key, "kind": "displaced", "test_id": number, "passed": verdict == "P",
+                "failed_check": "" if verdict == "P" else "torque",
+                "reason": "" if verdict == "P" else "joint_2 exceeds its torque limit", "duration": 1.5,
+            }
+            for number, verdict in enumerate(verdicts)
+            if verdict != "."
+        ]  # fmt: skip
+        part = pa.Table.from_pylist(rows, table("motion_verdicts").schema)
+        self.lake.write("motion_verdicts", {**POOL, "study": study}, key, part, {})
+
     def refer(
         self, study: str, *, kind: str = "displaced", pool: Mapping[str, str] = POOL, **outcomes: str
     ) -> None:

@@ -32,15 +32,17 @@ def report(
     """
     from plancurate.tasks.report import (  # Jinja2 and the figures: no --help needs them
         build_report,
+        study_pictures,
         write_report,
     )
 
     home = options.folder()
     lake = Lake(home.lake)
     results = study_results(lake, find_study(lake, study, key))
-    shown = [results.on(kind)] if kind else results.tests.values()
-    rows = [row for tests in shown for row in tests.networks]
-    page = write_report(build_report(results), home.reports / results.study.study)
+    wanted = [results.on(kind)] if kind else results.tests.values()
+    rows = [row for tests in wanted for row in tests.networks]
+    shown = build_report(results, study_pictures(home, results))
+    page = write_report(shown, home.reports / results.study.study)
     write(as_json(rows) if format == "json" else report_markdown(rows))
     say_degenerate(lake, results.study.study)
     console.print(f"report {page}", highlight=False, soft_wrap=True)

@@ -32,7 +32,9 @@ SELECT
     count_if(settled)::INTEGER AS settled,
     count_if(hard)::INTEGER AS hard_n,           -- trials whose straight joint line is not free
     count_if(hard AND success)::INTEGER AS hard_successes,
-    count(DISTINCT (pool, test_id))::INTEGER AS tests,
+    count(DISTINCT (trials.pool, trials.test_id))::INTEGER AS tests,
+    count(motion_verdicts.passed)::INTEGER AS motions,  -- successes that were verified as motions
+    count_if(motion_verdicts.passed)::INTEGER AS motions_passed,
     count(DISTINCT selection_seed)::INTEGER AS selection_seeds,
     count(DISTINCT seed)::INTEGER AS training_seeds,
     avg(final_distance) AS final_distance,       -- m
@@ -47,5 +49,6 @@ INNER JOIN chosen
         AND trials.pool_label = chosen.pool_label
         AND trials.selector = chosen.selector
         AND trials.budget IS NOT DISTINCT FROM chosen.budget
+LEFT JOIN motion_verdicts USING (study, robot, pool, evaluation_id, kind, test_id)
 GROUP BY trials.scene, trials.pool_label, trials.selector, trials.budget
 ORDER BY trials.scene, trials.pool_label, successes / n DESC, trials.selector, trials.budget NULLS FIRST;

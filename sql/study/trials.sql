@@ -1,5 +1,5 @@
--- Trials of one evaluation as they were recorded. Grain: one trial.
-SELECT *
+-- Trials of one evaluation as they were recorded: what the view adds is not among them. Grain: one trial.
+SELECT * EXCLUDE (failure_reason)
 FROM evaluations
 WHERE
     robot = $robot

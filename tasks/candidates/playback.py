@@ -71,7 +71,8 @@ def verify(robot: Robot, scene: Scene, q: FloatArray, dt: float, settings: Verif
 def play(robot: Robot, scene: Scene, q: FloatArray, dt: float, settings: VerifySettings) -> Playback:
     """Simulate waypoints `q` (m,n), joined by cubics that start and end at rest, and hold the last one."""
     path = rest_to_rest(np.arange(len(q), dtype=np.float64) * dt, q, dt)
-    return follow(robot, scene, references(path, 0.0, (len(q) - 1) * dt, settings), settings)
+    wanted = references(path, 0.0, (len(q) - 1) * dt, settings)
+    return follow(robot, scene, wanted, settings, settings.payload)
 
 
 def rest_to_rest(times: FloatArray, q: FloatArray, spacing: float | FloatArray) -> CubicHermiteSpline:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer
 
-from plancurate.bounds import Settings
+from plancurate.bounds import Finite, Settings
 from plancurate.errors import UnknownNameError
+from plancurate.tasks.candidates.payload import Payload
 from plancurate.tasks.candidates.sources import find_source
 
 Orientation = Literal["exact", "yaw_free", "cone", "any"]
@@ -126,6 +127,28 @@ class VerifySettings(Settings):
     max_saturated_share: float = Field(
         default=0.05, ge=0.0, le=1.0, description="Share of joints and steps at the effort limit."
     )
+    payload_mass_kg: float = Field(
+        default=0.0, ge=0.0, le=1e5, description="Mass that the tool carries, a point, kg; 0: none."
+    )
+    payload_centre_m: tuple[Finite, Finite, Finite] = Field(
+        default=(0.0, 0.0, 0.0), description="Where that mass is in the tool's frame, m."
+    )
+
+    @property
+    def payload(self) -> Payload | None:
+        """What the tool carries; None where it carries nothing."""
+        if not self.payload_mass_kg:
+            return None
+        return Payload(mass_kg=self.payload_mass_kg, centre_m=self.payload_centre_m)
+
+    @model_serializer(mode="wrap")
+    def _payload_if_any(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without a payload nothing is said of one: pools from before it could be set keep their ids."""
+        values: dict[str, Any] = plain(self)
+        if not self.payload_mass_kg:
+            for name in ("payload_mass_kg", "payload_centre_m"):
+                values.pop(name, None)
+        return values
 
 
 class GenerateSettings(Settings):

@@ -123,6 +123,11 @@ COLUMNS = {
     "settled_distance": "Distance of the tool from the target at the step limit, m",
     "distance_cm": "How far the test is displaced from its training target, cm; null for an unseen one",
     "reference": "What no policy did: Planner, Replay or StraightLine",
+    # Motions.
+    "passed": "Whether the motion verifier let the rollout, timed, pass",
+    "failed_check": "The first check that it failed: one of the verifier's, rollout or timing; empty where it passed",
+    "motion_verdicts.reason": "What is wrong first; empty where it passed",
+    "motion_verdicts.duration": "Time that the motion takes, s; null for a path that could not be timed",
     # Results.
     "n": "Trials",
     "successes": "Trials that succeeded",

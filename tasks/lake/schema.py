@@ -131,6 +131,14 @@ _REFERENCE_TRIALS = _schema(
     {"target_id": _INT, "distance_cm": _INT},
 )  # fmt: skip
 
+# One row a test that a network reached and that its study verifies: its rollout, timed, as a motion.
+_MOTION_VERDICTS = _schema(
+    {
+        "evaluation_id": _TEXT, "kind": _TEXT, "test_id": _INT, "passed": _BOOL, "failed_check": _TEXT, "reason": _TEXT,
+    },
+    {"duration": _REAL},
+)  # fmt: skip
+
 # One row a pool of a study and time at which the study became the latest of its name.
 _STUDIES = _schema(
     {
@@ -157,6 +165,12 @@ TABLES = {
             (*POOL_LEVELS, "study"),
             ("reference", "kind", "test_id"),
             _REFERENCE_TRIALS,
+        ),
+        Table(
+            "motion_verdicts",
+            (*POOL_LEVELS, "study"),
+            ("evaluation_id", "kind", "test_id"),
+            _MOTION_VERDICTS,
         ),
         Table("studies", ("study",), ("pool", "run_at"), _STUDIES),
     )

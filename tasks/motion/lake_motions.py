@@ -9,7 +9,7 @@ import numpy as np
 from plancurate.errors import PlancurateError
 from plancurate.robots import Robot
 from plancurate.tasks.lake.store import Lake
-from plancurate.tasks.motion.motion import Motion
+from plancurate.tasks.motion.motion import Motion, sampled
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,7 @@ class StoredTrajectory:
 
     def motion(self, robot: Robot) -> Motion:
         """The trajectory as a motion of that robot."""
-        q = np.array(self.q, dtype=np.float64)
-        return Motion(np.arange(len(q), dtype=np.float64) * self.dt, q, joint_names=robot.joint_names)
+        return sampled(robot, np.array(self.q, dtype=np.float64), self.dt)
 
 
 def stored_trajectory(lake: Lake, trajectory_id: str) -> StoredTrajectory:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BPoly, CubicHermiteSpline
 
+from plancurate.robots import Robot
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.playback import rest_to_rest
 
@@ -57,6 +58,12 @@ class Curve:
         """Mean joint jerks (t, n): changes of the mean acceleration over `mean_s` around each time, rad/s^3."""
         half = self.mean_s / 2
         return (self.acceleration(t + half) - self.acceleration(t - half)) / self.mean_s
+
+
+def sampled(robot: Robot, positions: FloatArray, dt: float) -> Motion:
+    """Joint positions (m, n), rad, every `dt`, s, as a motion of the robot."""
+    times = np.arange(len(positions), dtype=np.float64) * dt
+    return Motion(times, positions, joint_names=robot.joint_names)
 
 
 def curve_of(motion: Motion) -> Curve:

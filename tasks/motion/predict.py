@@ -22,13 +22,13 @@ from plancurate.tasks.candidates.payload import Payload
 from plancurate.tasks.candidates.plan import plan_candidate
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.targets import Target
-from plancurate.tasks.candidates.time_parameterisation import time_path
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.reach import PLANNER
 from plancurate.tasks.learning.settings import EvaluateSettings
 from plancurate.tasks.motion.motion import Motion
 from plancurate.tasks.motion.rollout import goals_of, policy_paths, proposals
 from plancurate.tasks.motion.settings import MotionSettings
+from plancurate.tasks.motion.timed import timed_motion
 from plancurate.tasks.motion.verify import verify_motion
 from plancurate.tasks.motion.violations import Verdict
 
@@ -133,14 +133,12 @@ class Predictor:
 
     def judge(self, prediction: Prediction, path: FloatArray, maker: Maker) -> bool:
         """Time and verify a path (w, n), and take it where it passes; says whether it did."""
-        timing = self.settings.candidates.timing
-        with timed(prediction.seconds, "timing"):
-            timed_path = time_path(self.robot, self.scene, path, timing)
-        if timed_path.reason:
-            prediction.refused.append(f"{maker}: not timed: {timed_path.reason}")
+        try:
+            with timed(prediction.seconds, "timing"):
+                motion = timed_motion(self.robot, self.scene, path, self.settings.candidates.timing)
+        except PlancurateError as error:
+            prediction.refused.append(f"{maker}: {error}")
             return False
-        times = np.arange(len(timed_path.q), dtype=np.float64) * timing.dt
-        motion = Motion(times, timed_path.q, joint_names=self.robot.joint_names)
         with timed(prediction.seconds, "verification"):
             verdict = verify_motion(self.robot, self.scene, motion, self.settings.verify, self.payload)
         if verdict.first is not None:
@@ -170,7 +168,7 @@ def predict_motions(
         raise PlancurateError(
             f"targets: shape {targets.shape}; rows of x, y and z in m, all finite, would be right"
         )
-    predictor = Predictor(robot, scene, settings, payload)
+    predictor = Predictor(robot, scene, settings, payload or settings.candidates.verify.payload)
     predictions = [Prediction((float(x), float(y), float(z))) for x, y, z in targets]
     offered = [] if policy is None else proposals(policy, settings.proposals)
     for number, proposal in enumerate(offered):

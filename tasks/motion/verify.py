@@ -18,6 +18,9 @@ from plancurate.tasks.motion.settings import MotionSettings
 from plancurate.tasks.motion.tracking import tracking
 from plancurate.tasks.motion.violations import Verdict, verdict
 
+REVISION = 1
+"""Raise it when a motion gets another verdict than before: the keys of studies that verify rollouts hold it."""
+
 LONGEST_S = 3600.0
 MOST_PIECES = 1000  # states checked between two control steps of a motion that jumps
 
@@ -31,9 +34,10 @@ def verify_motion(
 ) -> Verdict:
     """Check a motion from rest to rest; the same input gives the same verdict.
 
-    Samples that are no numbers, out of order or of other joints are violations, and the only ones then. Raises
-    PlancurateError for a motion of more than an hour.
+    The payload is that of the settings' playback where no other is given. Samples that are no numbers, out of order
+    or of other joints are violations, and the only ones then. Raises PlancurateError for a motion of more than an hour.
     """
+    payload = payload or settings.playback.payload
     not_checked = unchecked(robot, motion)
     if wrong := sample_violations(robot, motion):
         return verdict(wrong, not_checked)

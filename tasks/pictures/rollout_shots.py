@@ -10,21 +10,27 @@ from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.learning.failures import COLLIDED, LIMITS
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.rollouts import Trials, moves
-from plancurate.tasks.motion.predict import PredictSettings
-from plancurate.tasks.motion.rollout import goals_of
+from plancurate.tasks.learning.settings import EvaluateSettings
 from plancurate.tasks.pictures.shot import BAD, GOOD, Run, names_in
 
 PIECES = 200  # of a refused move that are looked at for the first contact
 
 
 def rollout_run(
-    policy: TrainedPolicy, robot: Robot, scene: Scene, position: FloatArray, settings: PredictSettings
+    policy: TrainedPolicy,
+    robot: Robot,
+    scene: Scene,
+    position: FloatArray,
+    settings: EvaluateSettings,
+    dt: float,
+    goals: FloatArray | None,
 ) -> Run:
-    """A policy's way from home to a position (3,), m: to where it reaches it, breaks a rule or runs out of steps."""
-    dt, evaluation = settings.candidates.timing.dt, settings.rollout
-    goals = goals_of(policy, robot, scene, position[None], settings.candidates.targets, settings.seed)
+    """A policy's way from home to a position (3,), m: to where it reaches it, breaks a rule or runs out of steps.
+
+    A step takes `dt`, s; goals (1, n) are for policies that observe some.
+    """
     states = []
-    for trials in moves([policy], robot, scene, position[None], evaluation, dt, goals):
+    for trials in moves([policy], robot, scene, position[None], settings, dt, goals):
         states.append(trials.state.q[0])
     steps, failure = int(trials.steps[0]), str(trials.failure()[0])
     path = np.array(states[: steps + 1])

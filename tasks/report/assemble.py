@@ -27,13 +27,14 @@ HOW_SURE = (
 )
 
 
-def build_report(results: StudyResults) -> Report:
-    """The report of a study's results."""
+def build_report(results: StudyResults, pictures: Section | None = None) -> Report:
+    """The report of a study's results, with a section of pictures where one was made."""
     sources = {kind: Source(results, kind) for kind in results.tests}
     headline, displaced = sources[results.headline.kind], sources.get("displaced")
     sections = [
         *([fresh_targets(sources["unseen"])] if "unseen" in sources else []),
         *(displaced_targets(displaced) if displaced else []),
+        *([pictures] if pictures else []),
         selections(headline),
         reasons(headline),
         *(agreement(displaced) if displaced else []),

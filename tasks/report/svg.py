@@ -5,6 +5,7 @@ Shapes carry CSS classes, no colours: the page's style sheet gives them theirs, 
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -43,6 +44,12 @@ class Drawing:
     def curve(self, points: Sequence[tuple[float, float]], kind: str) -> None:
         """Join points by straight lines."""
         self._shapes.append(f'<polyline points="{_points(points)}" class="{kind}"/>')
+
+    def image(self, width: float, height: float, png: bytes) -> None:
+        """Fill the picture with a PNG, which it holds itself."""
+        data = base64.b64encode(png).decode()
+        size = f'width="{width:.0f}" height="{height:.0f}"'
+        self._shapes.append(f'<image {size} href="data:image/png;base64,{data}"/>')
 
     def text(self, x: float, y: float, words: str, kind: str = "", anchor: str = "start") -> None:
         """Write words with their base line at y; anchor: start, middle or end."""

@@ -31,6 +31,10 @@ REFERENCES = (
     "settle where they succeed."
 )
 PLAIN = "The publication's own test takes every trial for independent and adjusts nothing; its stars say too much."
+MOTIONS = (
+    " Motions: of the n rollouts that reached their target and were timed and verified, the share that the robot may "
+    "run."
+)
 MEASURES = {
     "final_distance": "final distance, m",
     "settled_distance": "distance at the step limit, m",
@@ -43,6 +47,7 @@ def success_table(source: Source) -> Table[SummaryRow]:
     """Table A1, or the same about fresh targets."""
     fresh = source.kind == "unseen"
     rows = source.tests.summaries
+    motions = any(row.motions for row in rows)
     return Table(
         key="unseen" if fresh else "table_a1",
         title="Success at fresh targets by selector" if fresh else "Table A1. Success by selector",
@@ -50,21 +55,23 @@ def success_table(source: Source) -> Table[SummaryRow]:
         "seeds, training seeds and test targets; one of a kind shows no spread and adds none) and "
         f"the gain over General in points. {STARS} Best: the first of its scene; tie: the tests can't tell it from the "
         "first. Hard: of the n trials whose target's straight joint line, from the start to the nearest goal "
-        f"configuration, is not free. {REFERENCES} {PLAIN} Wilson's interval likewise.",
+        f"configuration, is not free.{MOTIONS if motions else ''} {REFERENCES} {PLAIN} Wilson's interval likewise.",
         rows=rows,
         references=source.references,
         headers=(*source.headers, "n", "success %", *(() if fresh else ("published %",)), "95 %",
                  "selection seeds x training seeds x targets", "",
-                 "gain", "95 %", "Holm p", "settled %", "95 %", "hard %", "n", "publication's: Wilson 95 %", "z", "p"),
+                 "gain", "95 %", "Holm p", "settled %", "95 %", "hard %", "n", *(("motions %", "n") if motions else ()),
+                 "publication's: Wilson 95 %", "z", "p"),
         cells=[
             [*source.heads(row), str(row.n), text.percent(row.success_rate),
              *(() if fresh else (text.percent(row.published),)), text.percents(row.interval),
              f"{row.selection_seeds} x {row.training_seeds} x {row.tests}",
              standing(row), *gain_cells(row.gain), text.percent(row.settled_rate), text.percents(row.settled_interval),
              text.percent(row.hard_rate), str(row.hard_n),
+             *((text.percent(row.motion_rate), str(row.motions)) if motions else ()),
              text.percents(row.wilson), *plain_cells(row.gain.z_test if row.gain else None)]
             for row in rows
-        ] + [reference_cells(source, row, fresh) for row in source.references],
+        ] + [reference_cells(source, row, fresh, motions) for row in source.references],
         queries=[
             source.query("by_selector", kind=True),
             source.query("outcomes", kind=True),
@@ -73,13 +80,13 @@ def success_table(source: Source) -> Table[SummaryRow]:
     )  # fmt: skip
 
 
-def reference_cells(source: Source, row: ReferenceRow, fresh: bool) -> list[str]:
-    """A reference's line of the success table."""
+def reference_cells(source: Source, row: ReferenceRow, fresh: bool, motions: bool) -> list[str]:
+    """A reference's line of the success table, whose columns depend on what was tested."""
     rate, interval = text.percent(row.success_rate), text.percents(row.interval)
     return [
         *source.group_cells(row), row.reference, text.NOTHING, str(row.n), rate, *(() if fresh else ("",)), interval,
         f"{row.n} targets", "reference", "", "", "", rate, interval, text.percent(row.hard_rate), str(row.hard_n),
-        interval, "", "",
+        *(("", "") if motions else ()), interval, "", "",
     ]  # fmt: skip
 
 

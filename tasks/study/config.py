@@ -100,6 +100,13 @@ class StudyConfig(Settings):
     )
     evaluation: EvaluateSettings = Field(EvaluateSettings(), description="Tests and rollouts.")
     unseen: int = Field(0, ge=0, le=1_000_000, description="Tests at fresh targets anywhere in the region.")
+    verified_tests: int = Field(
+        0,
+        ge=0,
+        le=1_000_000,
+        description="Tests of each network, unseen ones first, whose rollouts, where they reach the target, are timed "
+        "and verified as motions.",
+    )
     workers: int = Field(2, ge=1, le=1024, description="Task runs in flight at once.")
     targets_per_task: int = Field(
         1, ge=1, le=1_000_000, description="Targets in one planning task; more for thousands."

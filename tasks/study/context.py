@@ -21,6 +21,7 @@ from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning import corrections, rollouts, train
 from plancurate.tasks.learning.observations import find_term
 from plancurate.tasks.learning.policies import kind_of
+from plancurate.tasks.motion import verify
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.identity import digest
 
@@ -87,18 +88,21 @@ class StudyContext:
     def key(self) -> str:
         """Hash of everything that decides the results: two studies with the same key have the same numbers."""
         config = self.config
-        corrected = config.corrections.rounds > 0
+        corrected, verified = config.corrections.rounds > 0, config.verified_tests > 0
+        # What a study does without is not in its key, so that studies from before it was there keep theirs.
+        absent = {
+            name for name, there in (("corrections", corrected), ("verified_tests", verified)) if not there
+        }
         content = {
             "pools": [[pool.label, pool.pool] for pool in self.pools],
-            "config": config.model_dump(
-                mode="json", exclude=_NOT_IN_KEY if corrected else {*_NOT_IN_KEY, "corrections"}
-            ),
+            "config": config.model_dump(mode="json", exclude=_NOT_IN_KEY | absent),
             "planners": sorted(self.sources),
             "selectors": [[c.selector.origin, c.selector.revision] for c in config.selectors],
             "policies": [kind_of(name).revision for name in config.policies],
             "observation": [find_term(name).revision for name in config.training.observation],
             "stages": [path_classes.REVISION, train.REVISION, rollouts.REVISION]
-            + [corrections.REVISION] * corrected,
+            + [corrections.REVISION] * corrected
+            + [verify.REVISION] * verified,
         }
         return digest(content, 8)
 

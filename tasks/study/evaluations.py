@@ -40,11 +40,29 @@ def study_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
 @lru_cache(maxsize=8)
 def goals_of_tests(study: StudyContext, pool: PoolContext) -> list[FloatArray]:
     """Return free inverse-kinematics solutions (k, n) of each of a pool's tests, the same for all networks."""
-    tests, seed = study_tests(study, pool), study.config.evaluation.seed
+    tests = study_tests(study, pool)
     return [
-        goal_solutions(pool.robot, pool.scene, position, pool.settings.targets, (seed, int(number)))
+        solutions_of_test(study, pool, position, int(number))
         for position, number in zip(tests.position, tests.test_id, strict=True)
     ]
+
+
+def solutions_of_test(
+    study: StudyContext, pool: PoolContext, position: FloatArray, test_id: int
+) -> FloatArray:
+    """Return free inverse-kinematics solutions (k, n) of a test at a position (3,), m."""
+    seed = (study.config.evaluation.seed, test_id)
+    return goal_solutions(pool.robot, pool.scene, position, pool.settings.targets, seed)
+
+
+def goals_of_test(
+    study: StudyContext, pool: PoolContext, trained: TrainedPolicy, position: FloatArray, test_id: int
+) -> FloatArray | None:
+    """Return the goal configuration (1, n) that a network was tested with; None where no term needs any."""
+    if trained.goals is None:
+        return None
+    solutions = solutions_of_test(study, pool, position, test_id)
+    return chosen_goals(trained.goals, position[None], [solutions])
 
 
 def network_goals(

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mlflow import MlflowClient
 
 CHAMPION = "champion"
-MODEL_LOADER = "plancurate.tasks.learning.policies.serving"
+MODEL_LOADER = "plancurate.tasks.motion.served"
 REQUIREMENTS = ["plancurate"]  # given: working them out would load the model in a process of its own
 
 
@@ -41,28 +41,29 @@ def log_dataset(client: MlflowClient, run_id: str, child: ChildRun) -> None:
 
 
 def log_model(client: MlflowClient, experiment_id: str, run_id: str, child: ChildRun) -> str:
-    """Store the policy as an MLflow model: safetensors, JSON and the name of the module that loads them."""
+    """Store the policy with its world as an MLflow model: files and the name of the module that loads them."""
     import mlflow.pyfunc
     import numpy as np
     from mlflow.entities import LoggedModelOutput, LoggedModelStatus
     from mlflow.models import Model, ModelSignature
     from mlflow.types import Schema, TensorSpec
 
-    signature = ModelSignature(
-        inputs=Schema([TensorSpec(np.dtype(np.float64), (-1, child.model_inputs))]),
-        outputs=Schema([TensorSpec(np.dtype(np.float64), (-1, child.dof))]),
-    )
+    from plancurate.tasks.motion.served import save_served
+
+    # Targets or observations in; what comes out for a target is no tensor.
+    signature = ModelSignature(inputs=Schema([TensorSpec(np.dtype(np.float64), (-1, -1))]))
     tags = {"selection": child.selection, "policy": child.policy, "seed": str(child.seed)}
     model = client.create_logged_model(experiment_id, name=child.model_name, source_run_id=run_id, tags=tags)
     with tempfile.TemporaryDirectory() as folder:
-        path = str(Path(folder) / "model")
+        path, served = str(Path(folder) / "model"), Path(folder) / "served"
+        save_served(served, child.model_folder, child.world)
         mlflow.pyfunc.save_model(
             path,
             loader_module=MODEL_LOADER,
-            data_path=str(child.model_folder),
+            data_path=str(served),
             mlflow_model=Model(run_id=run_id, model_id=model.model_id),
             signature=signature,
-            input_example=np.zeros((1, child.model_inputs)),
+            input_example=np.array([child.example]),
             pip_requirements=REQUIREMENTS,
         )
         client.log_model_artifacts(model.model_id, path)

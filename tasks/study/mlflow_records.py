@@ -6,8 +6,12 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from plancurate.tasks.curation.names import label
+
+if TYPE_CHECKING:
+    from plancurate.tasks.motion.served import ServedWorld
 
 PARENT = "mlflow.parentRunId"
 STUDY = "plancurate.study"  # the same identifier as in the lake
@@ -47,9 +51,10 @@ class ChildRun:
     selection_id: str
     n_kept: int
     model_folder: Path
-    model_inputs: int
-    """Numbers in a row that the served model takes."""
-    dof: int
+    world: ServedWorld
+    """Where the served model makes motions."""
+    example: tuple[float, float, float]
+    """A target to ask the served model for, m."""
     tags: Mapping[str, str]
 
     @property

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from plancurate import native
+from plancurate.robots import Robot
 from plancurate.tasks.curation.names import label
 from plancurate.tasks.curation.selectors.selection import Selection
 from plancurate.tasks.learning.policies import TrainedPolicy
-from plancurate.tasks.learning.policies.serving import ServedPolicy
+from plancurate.tasks.motion.served import ServedWorld
 from plancurate.tasks.study import text
-from plancurate.tasks.study.context import StudyContext
+from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.evaluations import evaluation_id
 from plancurate.tasks.study.mlflow_records import ChildRun, StudyRun
 from plancurate.tasks.study.mlflow_store import ensure_store
 from plancurate.tasks.study.network_cells import cell_of_network, cell_of_row
 from plancurate.tasks.study.networks import Network, load_network, network_folder
+from plancurate.tasks.study.predictor import predict_settings
 from plancurate.tasks.study.results import headline_networks
 from plancurate.tasks.study.rows import ALL_SCENES, Cell, ResultRow, SummaryRow
 from plancurate.tasks.study.selections import make_selection
@@ -107,10 +110,22 @@ def child_run(study: StudyContext, network: Network, row: ResultRow) -> ChildRun
         selection_id=selection.selection_id,
         n_kept=row.n_kept,
         model_folder=network_folder(study, network),
-        model_inputs=ServedPolicy(policy).inputs,
-        dof=pool.robot.dof,
+        world=served_world(study, pool),
+        example=home_tool(pool.robot),
         tags={"robot": pool.robot.name, "scene": pool.scene.name, "pool": pool.pool},
     )
+
+
+def served_world(study: StudyContext, pool: PoolContext) -> ServedWorld:
+    """Return where a pool's networks make motions, as another process loads it."""
+    digests = (pool.robot.digest, pool.scene.digest)
+    return ServedWorld(study.config.robot, pool.scene_source, digests, predict_settings(study, pool))
+
+
+def home_tool(robot: Robot) -> tuple[float, float, float]:
+    """Return where the tool is at home, m."""
+    x, y, z = native.fk(robot.native, robot.home[None])[0, :3, 3].tolist()
+    return x, y, z
 
 
 def shown_params(study: StudyContext, selection: Selection, policy: TrainedPolicy) -> dict[str, object]:

@@ -12,12 +12,13 @@ from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.motion.predict import PredictSettings
 from plancurate.tasks.study.config import StudyConfig
-from plancurate.tasks.study.context import open_study
+from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
+from plancurate.tasks.study.network_cells import Cell as NetworkCell
 from plancurate.tasks.study.network_cells import cell_of_network, cell_of_row
-from plancurate.tasks.study.networks import load_network, wanted_networks
+from plancurate.tasks.study.networks import Network, load_network, wanted_networks
 from plancurate.tasks.study.results import headline_networks, study_results
 from plancurate.tasks.study.rows import ALL_SCENES, Cell, ResultRow
-from plancurate.tasks.study.selections import study_selections
+from plancurate.tasks.study.selections import study_pool, wanted_selections
 from plancurate.tasks.study.studies import find_study, recorded_study
 from plancurate.tasks.study.verdict import verdicts
 
@@ -53,17 +54,35 @@ def study_policy(home: Home, choice: Choice) -> StudyPolicy:
     lake = Lake(home.lake)
     study = find_study(lake, choice.study, choice.key)
     row = chosen_row(lake, study, choice)
-    opened = open_study(StudyConfig.model_validate(recorded_study(lake, study).config), home)
+    opened = reopened(home, study)
+    network = network_of(opened, cell_of_row(row))
+    pool = opened.pool(network.selection.pool)
+    sources = (opened.config.robot, pool.scene_source)
+    settings = predict_settings(opened, pool)
+    return StudyPolicy(row, load_network(opened, network), pool.robot, pool.scene, sources, settings)
+
+
+def predict_settings(study: StudyContext, pool: PoolContext) -> PredictSettings:
+    """How motions of a pool's networks are made: as its candidates were planned and its networks tested."""
+    return PredictSettings(candidates=pool.settings, rollout=study.config.evaluation)
+
+
+def reopened(home: Home, study: str) -> StudyContext:
+    """Open a study that ran before, by its identifier; PlancurateError where it would be another one now."""
+    record = recorded_study(Lake(home.lake), study)
+    opened = open_study(StudyConfig.model_validate(record.config), home)
     if opened.study != study:
         raise PlancurateError(
             f"study {study}: its robot, scenes or the package changed since it ran; run it again, as {opened.study}"
         )
-    networks = wanted_networks(opened, study_selections(opened))
-    network = next(one for one in networks if cell_of_network(opened, one) == cell_of_row(row))
-    pool = opened.pool(network.selection.pool)
-    sources = (opened.config.robot, pool.scene_source)
-    settings = PredictSettings(candidates=pool.settings, rollout=opened.config.evaluation)
-    return StudyPolicy(row, load_network(opened, network), pool.robot, pool.scene, sources, settings)
+    return opened
+
+
+def network_of(study: StudyContext, cell: NetworkCell) -> Network:
+    """The network of a study that results call by these words; only its own pool is loaded."""
+    pool = next(one for one in study.pools if (one.scene.name, one.label) == cell[:2])
+    networks = wanted_networks(study, wanted_selections(study, pool, study_pool(study, pool)))
+    return next(one for one in networks if cell_of_network(study, one) == cell)
 
 
 def study_world(lake: Lake, study: str, scene: str | None) -> tuple[Robot, Scene]:

@@ -49,6 +49,13 @@ def make_references(study: StudyContext, pool: PoolContext) -> int:
 def best_of_targets(study: StudyContext, pool: PoolContext) -> pa.Table:
     """Return the candidate with the best composite score of each target that has one."""
     loaded = study_pool(study, pool)
+    ranked = ranked_candidates(study, pool, loaded)
+    first = np.unique(ranked["target_id"].to_numpy(), return_index=True)[1]
+    return rows_of(loaded, ranked["trajectory_id"].take(first).to_pylist())
+
+
+def ranked_candidates(study: StudyContext, pool: PoolContext, loaded: Pool) -> pa.Table:
+    """Return all candidates of a loaded pool with their composite scores, the best first."""
     everything = select(  # all candidates, ranked
         "RuleBased_General",
         loaded,
@@ -59,9 +66,7 @@ def best_of_targets(study: StudyContext, pool: PoolContext) -> pa.Table:
         waypoints=partial(load_waypoints, study.lake, pool.partition),
         learning=pool.learning(study.config),
     )
-    ranked = everything.kept.sort_by("rank")
-    first = np.unique(ranked["target_id"].to_numpy(), return_index=True)[1]
-    return rows_of(loaded, ranked["trajectory_id"].take(first).to_pylist())
+    return everything.kept.sort_by("rank")
 
 
 def rows_of(pool: Pool, ids: list[str]) -> pa.Table:

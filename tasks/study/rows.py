@@ -146,6 +146,9 @@ class SummaryRow(Row):
     hard_n: int
     """Trials of the hard subset: the straight joint line to the nearest goal is not free."""
     hard_successes: int
+    motions: int
+    """Successes that were timed and verified as motions; 0 where the study verifies none."""
+    motions_passed: int
     tests: int
     """Different test targets."""
     selection_seeds: int
@@ -167,6 +170,11 @@ class SummaryRow(Row):
     def hard_rate(self) -> float | None:
         """Success on the hard subset; None where no trial is of it."""
         return self.hard_successes / self.hard_n if self.hard_n else None
+
+    @property
+    def motion_rate(self) -> float | None:
+        """Share of the verified rollouts that the robot may run; None where none was verified."""
+        return self.motions_passed / self.motions if self.motions else None
 
 
 @dataclass(frozen=True)

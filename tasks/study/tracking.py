@@ -21,6 +21,7 @@ from plancurate.tasks.study.mlflow_store import VIEW, open_client
 if TYPE_CHECKING:
     from mlflow import MlflowClient
 
+
 NOTE = "mlflow.note.content"
 VIEW_LINK = "#/experiments/{}/runs?viewStateShareKey=results&workflowType=machine_learning"
 VIEW_COLUMNS = {

@@ -10,6 +10,7 @@ import pytest
 from plancurate import native
 from plancurate.robots import load_robot, load_scene, load_world, robot_names, scene_names
 from plancurate.robots.urdf import read_urdf
+from plancurate.tasks.candidates.payload import Payload
 from plancurate.tasks.candidates.playback import play, verify
 from plancurate.tasks.candidates.settings import VerifySettings
 
@@ -106,6 +107,32 @@ def test_a_robot_too_weak_for_gravity_is_refused(tmp_path):
     assert not found.verified
     assert "tracking error" in found.reason
     assert found.saturated_share > 0.1
+
+
+def test_a_payload_enters_playback():
+    robot = load_robot("h2017")
+    path = smooth_motion(robot, robot.home + np.array([0, 0.3, 0, 0.4, 0, 0]))
+    alone, heavy, far = (
+        verify(robot, load_scene("free"), path, DT, VerifySettings(**carried))
+        for carried in (
+            {"payload_centre_m": (0, 0, 2)},
+            {"payload_mass_kg": 10},
+            {"payload_mass_kg": 10, "payload_centre_m": (2, 0, 0)},
+        )
+    )
+    assert alone == verify(robot, load_scene("free"), path, DT, SETTINGS)
+    assert heavy.verified
+    assert heavy.max_tracking_error_rad != alone.max_tracking_error_rad
+    assert far.saturated_share > heavy.saturated_share
+    assert not far.verified
+
+
+def test_without_a_payload_settings_are_written_as_before_there_was_one():
+    assert "payload" not in VerifySettings(payload_centre_m=(0, 0, 1)).model_dump_json()
+    carried = VerifySettings(payload_mass_kg=2, payload_centre_m=(0, 0, 0.1))
+    assert VerifySettings.model_validate_json(carried.model_dump_json()) == carried
+    assert carried.payload == Payload(mass_kg=2, centre_m=(0, 0, 0.1))
+    assert SETTINGS.payload is None
 
 
 def test_saturation_alone_is_refused_when_asked_for(tmp_path):

@@ -62,7 +62,9 @@ def test_what_can_t_be_used_ends_with_2_and_one_line(motion, tmp_path, capsys):
     write_motion(file, motion)
     for words, said in (
         ([tmp_path / "absent.csv"], "no such file"),
-        ([], "a file or --lake"),
+        ([], "a file, --lake"),
+        ([file, "--study", "smoke"], "one of them"),
+        (["--study", "smoke"], "--study needs --target X Y Z"),
         ([file, "--robot", "h2018"], "unknown robot 'h2018'"),
         ([file, "--payload-mass", -1], "--payload-mass = -1"),
         ([file, "--plot", tmp_path / "picture.jpg"], "must end with .png"),

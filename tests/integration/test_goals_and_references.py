@@ -20,6 +20,7 @@ from plancurate.tasks.study.evaluations import (
     network_goals,
     study_tests,
 )
+from plancurate.tasks.study.motion_verdicts import missing_verdicts, verify_rollouts
 from plancurate.tasks.study.networks import (
     load_network,
     train_networks,
@@ -32,7 +33,12 @@ from plancurate.tasks.study.selections import study_selections
 
 from .conftest import Studied
 
-FIELDS = {"selectors": ["General", "KMeans_Hybrid"], "policies": ["BC_MLP"], "unseen": 4}
+FIELDS = {
+    "selectors": ["General", "KMeans_Hybrid"],
+    "policies": ["BC_MLP"],
+    "unseen": 4,
+    "verified_tests": 6,
+}
 GOAL = {"training": {"observation": ["target_offset", "joint_positions", "goal_offset"]}}
 COPIES = ["target_id", "goal_index", "joint_movement", "smoothness", "path_length", "duration", "n_waypoints"]
 
@@ -69,6 +75,16 @@ def test_networks_that_observe_goals_are_trained_and_tested_with_goals_of_their_
     nearest = np.linalg.norm(in_place - ends[0], axis=1).argmin()
     np.testing.assert_array_equal(goals[1, 0], in_place[nearest])
     assert evaluate_networks(study, networks) == 2 * len(tests)
+    assert missing_verdicts(study) == networks
+    assert verify_rollouts(study, networks) == 2
+    assert missing_verdicts(study) == []
+    looked_at = study.lake.sql(
+        "SELECT success AND (kind = 'unseen' OR test_id < 2) AS expected, passed IS NOT NULL AS verified "
+        "FROM evaluations LEFT JOIN motion_verdicts USING (study, evaluation_id, kind, test_id) "
+        f"WHERE study = '{study.study}'"
+    )
+    assert looked_at["expected"].to_pylist() == looked_at["verified"].to_pylist()
+    assert any(looked_at["verified"].to_pylist())
     plain = open_study(load_config("smoke", None, FIELDS), study.home)
     ids = {evaluation_id(plain, one) for one in wanted_networks(plain, study_selections(plain))}
     assert ids.isdisjoint(study.lake.keys("evaluations", study.study_partition(pool)))

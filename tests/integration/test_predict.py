@@ -44,6 +44,19 @@ def test_many_targets_become_files_that_the_verifier_passes(
         assert np.linalg.norm(tool - target) < 0.05
 
 
+def test_a_rollout_is_verified_in_its_studys_world(smoke: Studied, plancurate: Command) -> None:
+    home = ("--home", str(smoke.untouched))
+    asked = "SELECT x, y, z, policy FROM evaluations WHERE success AND selector = 'KMeans_Hybrid' ORDER BY ALL LIMIT 1"
+    (test,) = json.loads(plancurate("sql", asked, "--format", "json", *home).stdout)
+    words = ("verify", "--study", "smoke", "--selector", "KMeans_Hybrid", "--policy", test["policy"], *home)
+    done = plancurate(*words, "--target", *(str(test[name]) for name in "xyz"), "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["passed"]
+    missed = plancurate(*words, "--target", "5", "0", "0")
+    assert missed.returncode == 2
+    assert "rollout: came no nearer than" in missed.stderr
+
+
 def test_what_can_t_be_asked_for_ends_with_2_and_one_line(
     smoke: Studied, plancurate: Command, tmp_path: Path
 ) -> None:

@@ -180,6 +180,9 @@ def test_a_model_loads_with_mlflow_and_without_unpickling(
     model = mlflow.pyfunc.load_model(str(folder))
     answer = model.predict(np.zeros((4, 9)))
     assert np.asarray(answer).shape == (4, 6)
+    (motion,) = model.predict(np.array([[0.9, 0.1, 0.6]]))
+    assert motion["verdict"]["passed"]
+    assert np.shape(motion["motion"]["positions"])[1] == 6
 
 
 def test_a_study_leaves_a_page_whose_numbers_the_lake_gives_again(
@@ -191,6 +194,9 @@ def test_a_study_leaves_a_page_whose_numbers_the_lake_gives_again(
     text = (folder / "index.html").read_text()
     for selector in (choice.label for choice in SMOKE.selectors):
         assert selector in text
+    assert text.count('href="data:image/png') == 7  # a scene; two trajectories, selections and rollouts
+    assert "Not shown" not in text
+    assert len(text) < 2_000_000
     assert (folder / "report.md").read_text().startswith("# Study smoke\n")
     first = json.loads((folder / "report.json").read_text())["tables"][0]
     counts = {(row["selector"], row["budget"], row["n"], row["successes"]) for row in first["rows"]}

@@ -112,6 +112,28 @@ def test_table_a1_shows_rates_gains_ties_and_the_publications_test_beside(
     assert lines["Random", "2"][2] == "\N{EN DASH}"
 
 
+def test_verified_rollouts_are_a_column_where_a_study_has_some(
+    small_lake: Lake, maker: StudyMaker, study: str
+) -> None:
+    maker.refer(study, Planner="SSSs", Replay="S.sh", StraightLine="SShh")
+    for policy, verdicts in (("BC_MLP", "PF.."), ("BC_RNN", "PP..")):
+        maker.judge(study, "KMeans_Hybrid", 2, policy, verdicts)
+    table = shown(build_report(study_results(small_lake, study)), "table_a1")
+    place = table.headers.index("motions %")
+    assert {len(line) for line in table.cells} == {len(table.headers)}
+    assert {line[0]: tuple(line[place : place + 2]) for line in table.cells} == {
+        "KMeans_Hybrid": ("\N{EN DASH}", "0"),  # the last line of that name, k = 1
+        "General": ("\N{EN DASH}", "0"),
+        "Random": ("\N{EN DASH}", "0"),
+        "Planner": ("", ""),
+        "Replay": ("", ""),
+        "StraightLine": ("", ""),
+    }
+    assert table.cells[0][:2] == ["KMeans_Hybrid", "2"]
+    assert table.cells[0][place : place + 2] == ["75.0", "4"]
+    assert "the robot may run" in table.note
+
+
 def test_references_stand_below_the_selections_in_the_table_and_beside_them_in_its_record(
     small_lake: Lake, maker: StudyMaker, study: str
 ) -> None:

@@ -11,6 +11,8 @@ from plancurate.tasks.lake.schema import TABLES
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.statistics import wilson_interval
 
+from ..lakes import POOL
+
 
 def test_a_query_is_found_by_name_and_an_unknown_one_names_the_nearest() -> None:
     assert "SELECT" in load("results/by_policy")
@@ -148,3 +150,31 @@ def test_the_difference_of_selections_is_that_of_their_ids(small_lake: Lake, mak
         small_lake.sql("FROM selection_diff('KMeans', 'Random')")
     with pytest.raises(PlancurateError, match="0 selections begin with Nobody"):
         small_lake.sql("FROM selection_diff('Nobody', 'KMeans')")
+
+
+def test_trials_of_another_study_are_taken_over_as_they_were_recorded(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("tiny", "aaaaaaaa")
+    maker.test(study, "KMeans_Hybrid", 1, "BC_MLP", "SC")
+    place = {**POOL, "study": study}
+    key = "KMeans_Hybrid-1-BC_MLP-0-0-0-displaced"
+    rows = small_lake.query("study/trials", evaluation_id=key, **place)
+    small_lake.write("evaluations", {**POOL, "study": "other-bbbbbbbb"}, key, rows, {})
+    taken = small_lake.sql(
+        "SELECT failure_reason FROM evaluations WHERE study = 'other-bbbbbbbb' ORDER BY test_id"
+    )
+    assert taken["failure_reason"].to_pylist() == [None, "collided: link_4 and table"]
+
+
+def test_reached_tests_are_of_the_first_ones_unseen_before_displaced(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("tiny", "aaaaaaaa")
+    maker.test(study, "KMeans_Hybrid", 1, "BC_MLP", "SCSS", evaluation_id="one")
+    maker.test(study, "KMeans_Hybrid", 1, "BC_MLP", ".S", kind="unseen", evaluation_id="one")
+
+    def reached(tests: int) -> list[tuple[str, int]]:
+        rows = small_lake.query(
+            "study/reached", evaluation_id="one", tests=tests, **POOL, study=study
+        ).to_pylist()
+        return [(row["kind"], row["test_id"]) for row in rows]
+
+    assert reached(1) == []
+    assert reached(5) == [("unseen", 1), ("displaced", 0), ("displaced", 2)]

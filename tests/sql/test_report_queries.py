@@ -124,3 +124,40 @@ def test_all_scenes_hold_the_selections_that_no_scene_lacks(small_lake: Lake, ma
         ("free", 1, 3, 2, 3),
         ("table", 1, 2, 1, 2),
     ]
+
+
+def contrast(lake: Lake, study: str) -> list[tuple[Any, ...]]:
+    """Outcome, selector, policy, test of the trials that are shown beside each other."""
+    rows = lake.query(
+        "pictures/contrast",
+        study=study,
+        kind="displaced",
+        scene="free",
+        pool_label="",
+        selector="DBSCAN",
+        budget=2,
+        against="General",
+    ).to_pylist()
+    return [tuple(row[name] for name in ("success", "selector", "policy", "test_id")) for row in rows]
+
+
+def test_a_success_and_a_failure_are_of_a_test_that_came_out_both_ways(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("contrast", "aaaaaaaa")
+    maker.test(study, "DBSCAN", 2, "BC_MLP", "S.SS")
+    assert contrast(small_lake, study) == [
+        (True, "DBSCAN", "BC_MLP", 0),
+        (False, "DBSCAN", "BC_MLP", 1),  # for want of a test that came out both ways
+    ]
+    maker.test(study, "Random", 2, "BC_RNN", "SSS.")
+    assert [row[-1] for row in contrast(small_lake, study)] == [1, 1]
+    maker.test(study, "General", None, "BC_RNN", "SS.C")
+    assert contrast(small_lake, study) == [
+        (True, "DBSCAN", "BC_MLP", 3),
+        (False, "General", "BC_RNN", 3),  # rather what touches something than what was merely lost
+    ]
+
+
+def test_where_nothing_failed_there_is_a_success_alone(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("contrast", "aaaaaaaa")
+    maker.test(study, "DBSCAN", 2, "BC_MLP", "SS")
+    assert contrast(small_lake, study) == [(True, "DBSCAN", "BC_MLP", 0)]

@@ -66,6 +66,14 @@ def test_a_field_that_decides_a_result_changes_the_key(scene: Path, robot: Path,
     assert opened(scene, robot, **{field: OTHER_FIELDS[field]}).key != opened(scene, robot).key
 
 
+def test_how_many_tests_are_verified_is_in_the_key_of_a_study_that_verifies_some(
+    scene: Path, robot: Path
+) -> None:
+    none, few, many = (opened(scene, robot, verified_tests=tests).key for tests in (0, 1, 2))
+    assert none == opened(scene, robot).key
+    assert len({none, few, many}) == 3
+
+
 @pytest.mark.parametrize(
     "fields", [{"name": "other"}, {"workers": 1}, {"targets_per_task": 2}, {"runner": "processes"}]
 )

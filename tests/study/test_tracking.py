@@ -19,7 +19,10 @@ import pytest
 import torch
 
 from plancurate.errors import PlancurateError
+from plancurate.robots import load_world
 from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_policy
+from plancurate.tasks.motion.predict import PredictSettings
+from plancurate.tasks.motion.served import ServedWorld
 from plancurate.tasks.study import mlflow_store, tracking
 from plancurate.tasks.study.mlflow_models import champion, set_champion
 from plancurate.tasks.study.mlflow_records import ChildRun, StudyRun
@@ -27,6 +30,9 @@ from plancurate.tasks.study.mlflow_records import ChildRun, StudyRun
 pytestmark = pytest.mark.server
 
 DOF = 6
+WORLD = ServedWorld(
+    "h2017", "free", tuple(one.digest for one in load_world("h2017", "free")), PredictSettings(proposals=1)
+)
 SELECTIONS = {"KMeans_Hybrid k=20": {"selector": "KMeans_Hybrid", "budget": "20", "policy": "all"}}
 
 
@@ -78,8 +84,8 @@ def child(model_folder: Path) -> ChildRun:
         selection_id="KMeans_Hybrid-k20-s0-fedcba987654",
         n_kept=100,
         model_folder=model_folder,
-        model_inputs=3 + DOF,
-        dof=DOF,
+        world=WORLD,
+        example=(0.9, 0.1, 0.6),
         tags={"robot": "h2017"},
     )
 
