@@ -27,7 +27,8 @@ def run_line(study: StudyContext, tested_before: frozenset[str], champions: Sequ
     elif tested_before:
         said = f"went on, {made} of {made + len(tested_before)} networks tested now"
     else:
-        said = f"{study.config.n_targets} training targets, {made} networks tested; {growth_line(study)}"
+        networks = "1 network" if made == 1 else f"{made} networks"
+        said = f"{study.config.n_targets} training targets, {networks} tested; {growth_line(study)}"
     return "; ".join([f"{study.study}: {said}", *champions])
 
 

@@ -103,7 +103,7 @@ def test_a_run_that_goes_on_counts_what_is_new(study: StudyContext) -> None:
 
 def test_a_first_run_says_that_there_is_nothing_to_compare_with(study: StudyContext) -> None:
     ran(study, 2)
-    assert run_line(study, frozenset(), []).endswith("1 networks tested; nothing smaller to compare with")
+    assert run_line(study, frozenset(), []).endswith("1 network tested; nothing smaller to compare with")
 
 
 @pytest.mark.parametrize(
@@ -114,6 +114,6 @@ def test_a_grown_study_is_compared_with_the_one_before(study: StudyContext, now:
     larger = ran(study, 5, now.ljust(40, "."))
     said = run_line(larger, frozenset(), [])
     assert said.startswith(
-        f"{larger.study}: 5 training targets, 1 networks tested; KMeans k=20 from 25.0 to {100 * len(now) / 40} %, "
+        f"{larger.study}: 5 training targets, 1 network tested; KMeans k=20 from 25.0 to {100 * len(now) / 40} %, "
     )
     assert said.endswith(f", {chance} (2 training targets before, unseen tests)")
