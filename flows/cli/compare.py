@@ -27,7 +27,7 @@ from plancurate.tasks.study.trial_results import Kind
 NOTE = (
     "Success in percent over seeds and the policies that both tried ({policies}) [95 % interval over seeds and test "
     "targets]; difference: B - A in percentage points; stars: B differs from A with p below 0.05 (*), 0.01 (**), "
-    "0.001 (***) after Holm's adjustment for all rows."
+    "0.001 (***) after Holm's adjustment for all rows. B lies inside A's interval in {repeated} of {rows} rows."
 )
 SAME_SETUP = "Both studies are set up alike."
 NOTHING_SHARED = "No selection was tested with the same policy in both studies."
@@ -114,13 +114,15 @@ def as_json(compared: StudyComparison) -> str:
         "only_a": [key._asdict() for key in compared.only_a],
         "only_b": [key._asdict() for key in compared.only_b],
     }
-    return json.dumps(asdict(compared) | only, indent=1)
+    return json.dumps(asdict(compared) | only | {"repeated": compared.repeated}, indent=1)
 
 
 def note(compared: StudyComparison) -> str:
     """Return how to read the table of success rates."""
     policies = sorted({policy for result in compared.results for policy in result.policies})
-    return NOTE.format(policies=", ".join(policies))
+    return NOTE.format(
+        policies=", ".join(policies), repeated=compared.repeated, rows=len(compared.results)
+    )
 
 
 def setup_rows(compared: StudyComparison) -> list[dict[str, str]]:

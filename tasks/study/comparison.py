@@ -59,6 +59,11 @@ class StudyComparison:
     only_a: list[Cell]
     only_b: list[Cell]
 
+    @property
+    def repeated(self) -> int:
+        """Rows in which b's rate lies inside a's interval: nearly all where b repeats a with other seeds."""
+        return sum(row.a_interval.low <= row.b.rate <= row.a_interval.high for row in self.results)
+
 
 def compare_studies(lake: Lake, a: str, b: str, kind: Kind = "displaced") -> StudyComparison:
     """Compare two studies by their identifiers, a's best selection first; UnknownNameError for an unknown one."""

@@ -152,6 +152,16 @@ def test_a_study_does_not_differ_from_itself(lake: Lake) -> None:
     found = compared(lake, b="a-aaaaaaaa")
     assert (found.fields, found.only_a, found.only_b) == ([], [], [])
     assert [(row.difference, row.p_holm) for row in found.results] == [(0.0, 1.0)] * 3
+    assert found.repeated == 3
+
+
+def test_rates_outside_the_interval_of_before_are_not_repeated(lake: Lake) -> None:
+    maker = StudyMaker(lake)
+    again = maker.record("again", "cccccccc")
+    maker.test(again, "General", None, "BC_MLP", successes(6))  # 5 of 20 before
+    maker.test(again, "KMeans", 20, "BC_MLP", successes(20))  # 10 of 20
+    found = compared(lake, b=again)
+    assert (found.repeated, len(found.results)) == (1, 2)
 
 
 def test_unseen_targets_are_compared_apart(lake: Lake) -> None:
@@ -221,6 +231,8 @@ def test_the_command_writes_the_same_as_json_and_markdown(
     assert "| candidates.timing.dt | 0.05 | 0.1 |" in page
     assert f"| KMeans | 20 | 50.0 {whole_percents(found.results[0].a_interval)} |" in page
     assert "policies that both tried (BC_MLP)" in page
+    assert f"B lies inside A's interval in {found.repeated} of 2 rows." in page
+    assert values["repeated"] == found.repeated
 
 
 def test_the_command_takes_keys_of_earlier_studies(lake: Lake, capsys: pytest.CaptureFixture[str]) -> None:
