@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from itertools import product
 
@@ -31,6 +32,25 @@ def colliding_pairs(robot: Robot, scene: Scene, q: FloatArray) -> list[str]:
     for index, (name, obstacle) in product(indices, _obstacles(scene)):
         if not native.is_free(_shape_alone(robot, index), obstacle, q[None])[0]:
             found.append(f"{robot.shapes[index].link} and {name}")
+    return list(dict.fromkeys(found))
+
+
+def obstacles_in_base(robot: Robot, scene: Scene) -> list[str]:
+    """Name what a link that never moves and is not checked against the scene stands in, as "base and crate".
+
+    Such a link stands on the floor, which it may touch. With all else it touches in every state or in none, so that
+    one look at the scene stands for a look at each state.
+    """
+    standing = [
+        index
+        for index, shape in enumerate(robot.shapes)
+        if shape.frame == 0 and shape.link in robot.scene_unchecked_links
+    ]
+    found = [
+        f"{robot.shapes[index].link} and {name}"
+        for index, (name, obstacle) in product(standing, _obstacles(replace(scene, ground=None, margin=0.0)))
+        if not native.is_free(_shape_alone(robot, index), obstacle, robot.home[None])[0]
+    ]
     return list(dict.fromkeys(found))
 
 

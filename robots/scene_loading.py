@@ -11,6 +11,7 @@ import numpy as np
 
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots.clutter import CLUTTER, clutter_file, parse_clutter
+from plancurate.robots.collisions import obstacles_in_base
 from plancurate.robots.files import NAME, read_yaml
 from plancurate.robots.loading import load_robot
 from plancurate.robots.robot import Robot
@@ -61,6 +62,11 @@ def _build(name: str, where: str, content: SceneFile, robot: Robot | None) -> Sc
     axis = None if content.tool_axis is None else _unit(np.array(content.tool_axis))
     model = native_scene(shapes, content.ground, content.margin)
     scene = Scene(name, shapes, content.ground, content.margin, model, "", regions, axis)
+    if robot is not None and (found := obstacles_in_base(robot, scene)):
+        raise PlancurateError(
+            f"{where}: shapes: {', '.join(found)} touch wherever the arm is; move the shape off the base, or lower it "
+            "below what the arm stands on"
+        )
     start = None if robot is None else scene_start(where, content, frame, robot, scene)
     started = replace(scene, start=start)
     return replace(started, digest=_digest(started))

@@ -91,6 +91,10 @@ def test_a_start_tool_brings_the_tool_there_pointing_along_the_axis(name, folder
         ("tool_axis: [0, 0, 0]", "has no direction"),
         ("regions: {r: {min: [0, 0, 0], max: [1, 0, 1]}}", r"regions\.r = .*min must be below"),
         ("scale: feet", "scale = .*'metres' or 'reach'"),
+        (
+            "shapes: [{name: crate, kind: box, size: [0.1, 0.1, 0.1], xyz: [0.1, 0, 0.1]}]",
+            "shapes: base_link and crate touch wherever the arm is",
+        ),
     ],
 )
 def test_what_a_scene_can_t_mean_is_an_error_that_names_the_field(text, message, tmp_path):
