@@ -28,6 +28,7 @@ from plancurate.tasks.curation.selectors.influence import (
     gram,
     trajectory_gradients,
 )
+from plancurate.tasks.curation.selectors.ranking import split_half
 from plancurate.tasks.curation.selectors.sampled_policy import (
     DISPLACED_M,
     Rollouts,
@@ -69,6 +70,10 @@ class Worked:
 
     def psi(self, objective: cupid.Objective = "target", **params: object) -> np.ndarray:
         """Influence of all candidates."""
+        return self.influence(objective, **params).psi
+
+    def influence(self, objective: cupid.Objective = "target", **params: object) -> cupid.Influence:
+        """Influence of all candidates, by all rollouts and by halves of them."""
         settings = InfluenceSettings.model_validate(params)
         rows = target_rows(self.problem)
         return cupid.score(
@@ -321,6 +326,33 @@ def test_training_on_the_top_third_does_better_than_on_the_bottom_third(
     assert successes[0] > successes[1] + 0.05
 
 
+def test_halves_are_disjoint_and_together_all_rollouts(worked: Worked) -> None:
+    found = worked.influence("all", projection=4)
+    np.testing.assert_allclose(np.mean(found.halves, axis=0), found.psi, rtol=1e-6)
+    assert not np.allclose(*found.halves)
+
+
+def test_more_rollouts_rank_more_stably_and_returns_by_chance_do_not(worked: Worked) -> None:
+    def stability(which: slice, returns: np.ndarray) -> float:
+        steps = replace(
+            worked.rollouts.steps,
+            starts=worked.rollouts.steps.starts[which],
+            lengths=worked.rollouts.steps.lengths[which],
+        )
+        some = Rollouts(steps, returns[which], worked.rollouts.target[which])
+        return split_half(replace(worked, rollouts=some).influence(projection=8).halves, worked.bed.target)
+
+    returns = worked.rollouts.returns
+    chance = np.random.default_rng(0).permutation(returns)
+    few, many, none = (
+        stability(np.s_[::15], returns),
+        stability(np.s_[:], returns),
+        stability(np.s_[:], chance),
+    )
+    assert many > few
+    assert many > max(few, none) + 0.1  # 0.41, 0.11 and 0.19
+
+
 def test_each_selector_keeps_what_it_promises() -> None:
     bed = defective_pool(seed=1, targets=3, per_target=20)
     kept = run("CUPID", bed, 4).kept
@@ -334,6 +366,8 @@ def test_each_selector_keeps_what_it_promises() -> None:
     assert len(anywhere.ids) == 12
     assert len(native.ids) == 40
     assert set(anywhere.ids) < set(native.ids)
+    for made in (anywhere, native):
+        assert made.split_half is not None
     for stage in ("prepare", "base_policy", "rollouts", "score", "select"):
         assert anywhere.seconds[stage] > 0
 
