@@ -4,7 +4,8 @@
 
 Keeps k paths of each target: any, those nearest to what neighbouring targets keep, or those farthest from it and from
 each other. Scores play no part, but a path that is unlike others may be a longer one; so all three are measured again
-among the better half of each target's scores. Pools, networks and tests are those of parameters.py.
+among the better half of each target's scores. Pools (those of development.yaml), networks and tests are as in
+parameters.py.
 """
 
 from __future__ import annotations
@@ -92,6 +93,6 @@ def farthest(apart: FloatArray, rows: IntArray, others: IntArray, count: int) ->
 
 if __name__ == "__main__":
     try:
-        compare(__doc__ or "", GROUPS, selection_seeds=4)
+        compare(__doc__ or "", GROUPS, seeds=2)
     except PlancurateError as error:
         sys.exit(f"{error}")

@@ -42,8 +42,8 @@ from plancurate.tasks.study.statistics import Interval
 from plancurate.tasks.study.trials import Bootstrap, NetworkTrials
 
 CONFIG = Path(__file__).with_name("development.yaml")
-POLICY, TRAINING_SEEDS = "BC_MLP", (0, 1)
-OPTIONS = {"n_targets": 48, "budgets": [3], "training": {"steps": 2000}}
+POLICY = "BC_MLP"
+OPTIONS = {"n_targets": 48, "budgets": [3], "selection_seeds": [0, 1], "training": {"steps": 2000}}
 Choice = dict[str, Any]
 Groups = Mapping[str, Sequence[Choice]]
 
@@ -61,12 +61,10 @@ GROUPS: Groups = {
         "ModeConsistent",
         radius=(0.5, 2.0),
         agreement=(0.0, 20.0),
-        neighbours=(3, 16),
+        neighbours=(3,),
         leave_out=(0.0,),
     ),
-    "BehaviorRetrieval": one_at_a_time("BehaviorRetrieval", task_demos=(1,)),
     "BehaviorRetrieval_Native": one_at_a_time("BehaviorRetrieval_Native", kept_share=(0.1, 0.5)),
-    "SCIZOR": one_at_a_time("SCIZOR", classifier_steps=(1000,)),
     "SCIZOR_Native": one_at_a_time("SCIZOR_Native", kept_share=(0.5, 0.9)),
 }
 
@@ -89,10 +87,10 @@ class Rate:
 
 def main() -> None:
     """Measure every group."""
-    compare(__doc__ or "", GROUPS, selection_seeds=2)
+    compare(__doc__ or "", GROUPS, seeds=1)
 
 
-def compare(description: str, groups: Groups, selection_seeds: int) -> None:
+def compare(description: str, groups: Groups, seeds: int) -> None:
     """Read the command line, generate what is missing, measure the groups asked for and print a line for each row."""
     parser = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -104,7 +102,7 @@ def compare(description: str, groups: Groups, selection_seeds: int) -> None:
     command = [sys.executable, "-m", "plancurate.flows.cli.app", "generate", "--config", CONFIG]
     options = ["--home", asked.home, "--n-targets", str(OPTIONS["n_targets"])]
     subprocess.run([*command, *options], check=True)
-    rates = measured(asked.home, {name: groups[name] for name in asked.groups}, selection_seeds)
+    rates = measured(asked.home, {name: groups[name] for name in asked.groups}, seeds)
     print(*map(line, rates), sep="\n")
     if asked.json:
         asked.json.write_text(json.dumps([asdict(rate) for rate in rates], indent=1) + "\n", encoding="utf-8")
@@ -123,15 +121,14 @@ def percent(value: float, interval: Interval) -> str:
     return f"{100 * value:5.1f} ({100 * interval.low:.1f} to {100 * interval.high:.1f})"
 
 
-def measured(home: Path, groups: Groups, selection_seeds: int) -> list[Rate]:
-    """Train and test on the selections of all groups in all scenes."""
+def measured(home: Path, groups: Groups, seeds: int) -> list[Rate]:
+    """Train and test on the selections of all groups in all scenes, each from so many training seeds."""
     warnings.simplefilter("ignore")
     torch.set_num_threads(1)
     choices = [choice for group in groups.values() for choice in group]
-    options = {**OPTIONS, "selectors": choices, "selection_seeds": list(range(selection_seeds))}
-    study = open_study(load_config("smoke", CONFIG, options), Home.resolve(home))
+    study = open_study(load_config("smoke", CONFIG, {**OPTIONS, "selectors": choices}), Home.resolve(home))
     wanted = study_selections(study)
-    trials = [trial for pool in study.pools for trial in trials_of(study, pool, wanted)]
+    trials = [trial for pool in study.pools for trial in trials_of(study, pool, wanted, seeds)]
     drawn = {
         cell.selector: some for cell, some in Bootstrap(trials).draw().items() if cell.scene == ALL_SCENES
     }
@@ -154,10 +151,10 @@ def label_of(choice: Choice) -> str:
 
 
 def trials_of(
-    study: StudyContext, pool: PoolContext, wanted: Sequence[WantedSelection]
+    study: StudyContext, pool: PoolContext, wanted: Sequence[WantedSelection], seeds: int
 ) -> Iterator[NetworkTrials]:
     """Networks trained and tested on the selections of one pool, all at once."""
-    pairs = [(one, seed) for one in wanted if one.pool == pool.pool for seed in TRAINING_SEEDS]
+    pairs = [(one, seed) for one in wanted if one.pool == pool.pool for seed in range(seeds)]
     data = [selected_demonstrations(study, one) for one, _ in pairs]
     trained = train(POLICY, data, [seed for _, seed in pairs], study.config.training)
     targets = pool.settings.targets.model_copy(update={"seed": study.config.evaluation.seed})
