@@ -99,18 +99,13 @@ def compare(description: str, groups: Groups, seeds: int) -> None:
     parser.add_argument("--groups", nargs="*", default=list(groups), choices=list(groups))
     parser.add_argument("--json", type=Path)
     asked = parser.parse_args()
-    generate(asked.home)
+    command = [sys.executable, "-m", "plancurate.flows.cli.app", "generate", "--config", CONFIG]
+    options = ["--home", asked.home, "--n-targets", str(OPTIONS["n_targets"])]
+    subprocess.run([*command, *options], check=True)
     rates = measured(asked.home, {name: groups[name] for name in asked.groups}, seeds)
     print(*map(line, rates), sep="\n")
     if asked.json:
         asked.json.write_text(json.dumps([asdict(rate) for rate in rates], indent=1) + "\n", encoding="utf-8")
-
-
-def generate(home: Path) -> None:
-    """Plan what is missing of the pools."""
-    command = [sys.executable, "-m", "plancurate.flows.cli.app", "generate", "--config", CONFIG]
-    options = ["--home", home, "--n-targets", str(OPTIONS["n_targets"])]
-    subprocess.run([*command, *options], check=True)
 
 
 def line(rate: Rate) -> str:

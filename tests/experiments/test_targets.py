@@ -14,7 +14,6 @@ SCRIPTS = {
     "alike": "development",
     "clutter": "clutter",
     "defaults": "development",
-    "each_cluster": "development",
     "hard_scenes": "hard_scenes",
     "parameters": "development",
 }  # each script with the configuration that it reads, and reads alone
