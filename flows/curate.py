@@ -7,6 +7,7 @@ from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.begin import begin
+from plancurate.flows.cli.pools import say_unsteady
 from plancurate.flows.forms import SelectionsConfig
 from plancurate.flows.label import label_all
 from plancurate.flows.progress import stage
@@ -32,6 +33,7 @@ def curate(config: SelectionsConfig, home: str | None = None) -> None:
         calls = ((reference(study), selection, selection.title) for selection in wanted)
         # Side by side they would lengthen each other's selection time.
         run_all(select, calls, in_flight=1, ended=lambda _: bar.advance())
+    say_unsteady(study.lake, study.study)
     coverage = study.lake.query("results/coverage", study=study.study).to_pylist()
     table_artifact("coverage", coverage, "What each selection keeps of the pool's targets.")
 

@@ -165,6 +165,14 @@ class StudyMaker:
         part = pa.Table.from_pylist(rows, table("selections").schema)
         self.lake.write("selections", {**pool, "study": study}, selection_id, part, {})
 
+    def rank(self, selector: str, budget: int | None, split_half: float, *, seed: int = 0) -> None:
+        """Record how stably the scores of a selection of the pool rank."""
+        selection_id = f"{selector}-{budget}-{seed}"
+        row = {"selection_id": selection_id, "split_half": split_half}
+        self.lake.write(
+            "rankings", POOL, selection_id, pa.Table.from_pylist([row], table("rankings").schema), {}
+        )
+
 
 @pytest.fixture
 def maker(small_lake: Lake) -> StudyMaker:

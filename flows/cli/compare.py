@@ -120,9 +120,7 @@ def as_json(compared: StudyComparison) -> str:
 def note(compared: StudyComparison) -> str:
     """Return how to read the table of success rates."""
     policies = sorted({policy for result in compared.results for policy in result.policies})
-    return NOTE.format(
-        policies=", ".join(policies), repeated=compared.repeated, rows=len(compared.results)
-    )
+    return NOTE.format(policies=", ".join(policies), repeated=compared.repeated, rows=len(compared.results))
 
 
 def setup_rows(compared: StudyComparison) -> list[dict[str, str]]:

@@ -1,4 +1,4 @@
-"""What a person must know of the pools beside results from them."""
+"""What a person must know of pools and selections beside results from them."""
 
 from __future__ import annotations
 
@@ -6,11 +6,22 @@ from plancurate.flows.cli.console import console
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study import text
 from plancurate.tasks.study.pools import study_pools
+from plancurate.tasks.study.selection_results import ranking_rows
 
 
 def say_degenerate(lake: Lake, study: str) -> None:
     """Name the degenerate pools of a study, if any, where no program reads."""
     for pool in study_pools(lake, study):
         if pool.degenerate:
-            said = f"{study}: {text.degenerate(pool)}"
-            console.print(said, style="yellow", markup=False, highlight=False, soft_wrap=True)
+            _say(f"{study}: {text.degenerate(pool)}")
+
+
+def say_unsteady(lake: Lake, study: str) -> None:
+    """Name the selections of a study, if any, whose order is mostly chance, where no program reads."""
+    for row in ranking_rows(lake, study):
+        if row.unsteady:
+            _say(f"{study}: {text.unsteady(row)}")
+
+
+def _say(sentence: str) -> None:
+    console.print(sentence, style="yellow", markup=False, highlight=False, soft_wrap=True)

@@ -6,7 +6,7 @@ from typing import Literal
 
 from plancurate.flows.cli.console import console, write
 from plancurate.flows.cli.options import HomeOptions
-from plancurate.flows.cli.pools import say_degenerate
+from plancurate.flows.cli.pools import say_degenerate, say_unsteady
 from plancurate.flows.cli.tables import as_json, report_markdown
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.results import study_results
@@ -45,4 +45,5 @@ def report(
     page = write_report(shown, home.reports / results.study.study)
     write(as_json(rows) if format == "json" else report_markdown(rows))
     say_degenerate(lake, results.study.study)
+    say_unsteady(lake, results.study.study)
     console.print(f"report {page}", highlight=False, soft_wrap=True)

@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
+import pyarrow as pa
+
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.tasks.curation.learning_settings import LearningSettings
@@ -66,6 +68,9 @@ def curate(
             learning=learning,
             clock=clock,
         )
+    if selection.split_half is not None:
+        row = pa.table({"selection_id": [key], "split_half": [selection.split_half]})
+        lake.write("rankings", pool.partition, key, row, metadata)
     if not own:
         lake.write("selections", partition, key, selection.rows(), metadata)
     return selection

@@ -99,6 +99,8 @@ COLUMNS = {
     "score_s": "Time to score, s",
     "select_s": "Time to choose, s",
     "selection_time_s": "Time from the loaded candidates to the list of what is kept, s",
+    "split_half": "How far two halves of the rollouts that its scores are estimated from rank candidates alike: "
+    "Spearman's correlation, 1 for the same order and 0 for none in common",
     # Corrections.
     "correction_id": "The correction's name",
     "network_id": "Network that learns from the correction",

@@ -97,6 +97,9 @@ _SELECTIONS = _schema(
     },
 )  # fmt: skip
 
+# One row a selection whose scores are estimated from rollouts.
+_RANKINGS = _schema({"selection_id": _TEXT, "split_half": _REAL}, {})
+
 # One row a path by which a network of this round is corrected; `parent` is the network of the round before, which was
 # in the path's first state after `step` moves toward a training target. `failure` is empty where that went well.
 _CORRECTIONS = _schema(
@@ -158,6 +161,7 @@ TABLES = {
         Table("targets", POOL_LEVELS, ("target_id",), _TARGETS),
         Table("ways", (*POOL_LEVELS, "labelling"), ("trajectory_id",), _WAYS),
         Table("selections", (*POOL_LEVELS, "study"), ("selection_id", "trajectory_id"), _SELECTIONS),
+        Table("rankings", POOL_LEVELS, ("selection_id",), _RANKINGS),
         Table("corrections", POOL_LEVELS, ("correction_id",), _CORRECTIONS),
         Table("evaluations", (*POOL_LEVELS, "study"), ("evaluation_id", "kind", "test_id"), _EVALUATIONS),
         Table(

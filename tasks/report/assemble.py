@@ -102,7 +102,10 @@ def selections(source: Source) -> Section:
         selection_tables.planners_table(source),
         selection_tables.pool_table(source),
     ]
-    return Section("selections", "The selections", "", [measured_figures.time_forest(source)], shown)
+    if source.results.rankings:
+        shown.append(selection_tables.ranking_table(source))
+    words = " ".join(text.unsteady(row) for row in source.results.rankings if row.unsteady)
+    return Section("selections", "The selections", words, [measured_figures.time_forest(source)], shown)
 
 
 def reasons(source: Source) -> Section:

@@ -12,6 +12,7 @@ from plancurate.tasks.study.selection_rows import (
     CoverageRow,
     PlannerRow,
     PoolRow,
+    RankingRow,
     TimeRow,
 )
 
@@ -103,6 +104,25 @@ def pool_table(source: Source) -> Table[PoolRow]:
         ],
         queries=[source.query("equal_candidates")],
     )  # fmt: skip
+
+
+def ranking_table(source: Source) -> Table[RankingRow]:
+    """How stably scores from rollouts rank."""
+    rows = source.results.rankings
+    return Table(
+        key="rankings",
+        title="How stably scores from rollouts rank",
+        note="Split-half: Spearman's correlation of the scores that every other rollout gives with those of the rest, "
+        "the mean over n selections, one a selection seed, and the least. With all rollouts the order is steadier: a "
+        "split-half correlation r stands for one of 2 r / (1 + r).",
+        rows=rows,
+        headers=(*source.headers, "n", "split-half", "least"),
+        cells=[
+            [*source.heads(row), str(row.selections), f"{row.split_half:.2f}", f"{row.least:.2f}"]
+            for row in rows
+        ],
+        queries=[source.query("rankings")],
+    )
 
 
 def below_random_table(source: Source) -> Table[BelowRandomRow]:

@@ -14,9 +14,17 @@ from plancurate.tasks.study.selection_results import (
     below_random_rows,
     coverage_rows,
     planner_rows,
+    ranking_rows,
     time_rows,
 )
-from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow, PoolRow, TimeRow
+from plancurate.tasks.study.selection_rows import (
+    BelowRandomRow,
+    CoverageRow,
+    PlannerRow,
+    PoolRow,
+    RankingRow,
+    TimeRow,
+)
 from plancurate.tasks.study.studies import Study, recorded_study
 from plancurate.tasks.study.trial_results import Kind, KindResults, in_order, kind_results, network_rows
 
@@ -34,6 +42,7 @@ class StudyResults:
     times: list[TimeRow]
     coverage: list[CoverageRow]
     planners: list[PlannerRow]
+    rankings: list[RankingRow]
     below_random: list[BelowRandomRow]
     pool_hashes: list[str]
     seconds: Mapping[str, float]
@@ -79,6 +88,7 @@ def study_results(lake: Lake, study: str) -> StudyResults:
         times=in_order(time_rows(times), summaries),
         coverage=covered,
         planners=in_order(planner_rows(planners), summaries),
+        rankings=in_order(ranking_rows(lake, study), summaries),
         below_random=below_random_rows(summaries, covered),
         pool_hashes=sorted({row["pool_hash"] for row in times}),
         seconds={stage: spent or 0.0 for stage, spent in seconds.items()},

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from statistics import fmean
 
 from plancurate.tasks.curation.names import STAGES
+from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.against import SqlRow, cell
 from plancurate.tasks.study.means import mean_interval, moments
 from plancurate.tasks.study.published import published_for
 from plancurate.tasks.study.rows import Cell, SummaryRow
-from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow, TimeRow
+from plancurate.tasks.study.selection_rows import BelowRandomRow, CoverageRow, PlannerRow, RankingRow, TimeRow
 
 CONTROL = "Random"
 PUBLISHED_ELSEWHERE = ("BehaviorRetrieval", "SCIZOR", "CUPID")
@@ -49,6 +50,11 @@ def coverage_rows(rows: Sequence[SqlRow]) -> list[CoverageRow]:
 def planner_rows(rows: Sequence[SqlRow]) -> list[PlannerRow]:
     """Whose trajectories each selection keeps."""
     return [PlannerRow(**row) for row in rows]
+
+
+def ranking_rows(lake: Lake, study: str) -> list[RankingRow]:
+    """How stably the scores of each selection of a study rank, where they are estimated from rollouts."""
+    return [RankingRow(**row) for row in lake.query("results/rankings", study=study).to_pylist()]
 
 
 def below_random_rows(

@@ -54,6 +54,22 @@ class PlannerRow(Row):
 
 
 @dataclass(frozen=True)
+class RankingRow(Row):
+    """How stably a selector's scores rank candidates, where they are estimated from rollouts."""
+
+    selections: int
+    split_half: float
+    """Spearman's correlation of the scores from two halves of the rollouts, mean over selection seeds."""
+    least: float
+    """Likewise, of the selection seed with the lowest."""
+
+    @property
+    def unsteady(self) -> bool:
+        """Whether so much of the order is chance that other rollouts would keep other candidates."""
+        return self.split_half < 0.5
+
+
+@dataclass(frozen=True)
 class PoolRow:
     """What a study's candidates of one pool are worth."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from plancurate.tasks.study.rows import ALL_SCENES, Mean, PlainTest, Row
-from plancurate.tasks.study.selection_rows import PoolRow
+from plancurate.tasks.study.selection_rows import PoolRow, RankingRow
 from plancurate.tasks.study.statistics import Interval
 
 NOTHING = "\N{EN DASH}"
@@ -106,6 +106,14 @@ def degenerate(row: PoolRow) -> str:
     return (
         f"The pool of {group(row)} is degenerate: only {row.distinct} of its {row.candidates} candidates differ, "
         "so that selections can hardly differ."
+    )
+
+
+def unsteady(row: RankingRow) -> str:
+    """What to know of a selection whose scores rank little better than chance."""
+    return (
+        f"{row.name} in {group(row)}: two halves of its rollouts rank candidates with a correlation of "
+        f"{row.split_half:.2f} only, so that other rollouts would keep others; its parameter rollouts can be raised."
     )
 
 

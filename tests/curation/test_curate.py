@@ -184,3 +184,19 @@ def test_a_selector_of_ones_own_may_look_at_waypoints(small_lake: Lake) -> None:
     assert "Straightest" in selector_names()
     selection = curate(small_lake, load_pool(small_lake, PARTITION), "Straightest", 3, 0)
     assert len(selection.ids) == 3
+
+
+def test_how_stably_scores_rank_is_kept_once_for_all_studies(small_lake: Lake) -> None:
+    @selector("Estimated")
+    def estimated(problem: Problem, settings: Settings) -> Kept:
+        """Keep the first candidates, with scores that are estimated from rollouts."""
+        return Kept(np.arange(problem.budget), split_half=0.25)
+
+    pool = load_pool(small_lake, PARTITION)
+    first = curate(small_lake, pool, "Estimated", 3, 0)
+    again = curate(small_lake, pool, "Estimated", 3, 0, study="two-12345678")
+    curate(small_lake, pool, "Random", 3, 0)
+    assert first.selection_id == again.selection_id
+    assert small_lake.sql("SELECT selection_id, split_half FROM rankings").to_pylist() == [
+        {"selection_id": first.selection_id, "split_half": 0.25}
+    ]

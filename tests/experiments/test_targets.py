@@ -11,9 +11,11 @@ from plancurate.tasks.study.evaluations import UNSEEN_SEED_OFFSET
 
 EXPERIMENTS = Path(__file__).parents[2] / "experiments"
 SCRIPTS = {
+    "alike": "development",
     "clutter": "clutter",
     "defaults": "development",
     "hard_scenes": "hard_scenes",
+    "parameters": "development",
 }  # each script with the configuration that it reads, and reads alone
 MEASURING = {"predictions", "verifier"}
 """Experiments by which no setting is chosen: they measure what stands."""

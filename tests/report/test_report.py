@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from plancurate.flows.cli.pools import say_unsteady
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.report import Report, build_report, markdown, write_report
 from plancurate.tasks.report.commands import literal
@@ -441,6 +442,25 @@ def test_a_study_without_general_is_compared_with_nothing(small_lake: Lake, make
     assert "whether selecting helps is open" in report.verdict[1]
     assert report.setup["configuration"] == {}
     checked(page(report))
+
+
+def test_the_report_and_the_terminal_say_how_stably_scores_from_rollouts_rank(
+    small_lake: Lake, maker: Any, study: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert not any(table.key == "rankings" for table in build_report(study_results(small_lake, study)).tables)
+    for selector, correlations in (("CUPID", (0.5, 0.1)), ("DemoSCORE", (0.9,))):
+        maker.test(study, selector, 2, "BC_MLP", "....")
+        for seed, correlation in enumerate(correlations):
+            maker.select(study, selector, 2, KEPT["Random", 2], seed=seed)
+            maker.rank(selector, 2, correlation, seed=seed)
+    report = build_report(study_results(small_lake, study))
+    lines = cells(report, "rankings")
+    assert lines == {("CUPID", "2"): ["2", "0.30", "0.10"], ("DemoSCORE", "2"): ["1", "0.90", "0.90"]}
+    words = next(section.text for section in report.sections if section.key == "selections")
+    assert words.startswith("CUPID k=2 in scene free: two halves of its rollouts rank")
+    assert "DemoSCORE" not in words
+    say_unsteady(small_lake, study)
+    assert words in capsys.readouterr().err
 
 
 def test_reasons_name_what_a_selection_lacks_against_a_random_one() -> None:

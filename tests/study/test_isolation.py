@@ -28,11 +28,13 @@ def study(maker: Any) -> str:
                 maker.test(study, selector, budget, "BC_MLP", outcomes[seed:], seed=seed, kind=kind)
     for kind in ("displaced", "unseen"):
         maker.refer(study, kind=kind, Planner="SS", Replay=".s", StraightLine="Sh")
+    maker.rank("KMeans", 1, 0.5)
     return str(study)
 
 
 def add_neighbours(maker: Any) -> None:
     """Other studies of the same pool, with more planners and targets, the same selections and others."""
+    maker.rank("DBSCAN", 5, 0.1)
     maker.plan("EST", 0, joint_movement=0.001, goal_index=7)
     maker.plan("PRM", 2, trajectory_id="another", joint_movement=0.001, goal_index=7)
     for name, key in (("tiny", "bbbbbbbb"), ("other", "aaaaaaaa")):

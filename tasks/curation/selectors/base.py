@@ -76,7 +76,7 @@ class Problem:
 class Kept:
     """What a selector chose: numbers of candidate rows, and for each, where it applies, what led to it.
 
-    The last three are for selectors that do more than to keep whole trajectories as they are.
+    `steps`, `weight` and `q` are for selectors that do more than to keep whole trajectories as they are.
     """
 
     rows: IntArray
@@ -89,6 +89,8 @@ class Kept:
     """How much more often than by their number a trajectory's windows are drawn; 1 unless given."""
     q: Sequence[FloatArray] | None = None
     """Waypoints (m, joints) to learn from in place of the stored ones."""
+    split_half: float | None = None
+    """How stably the score ranks, where it is estimated from rollouts: see `ranking.split_half`."""
 
 
 Choose = Callable[[Problem, Any], Kept]

@@ -16,6 +16,7 @@ targets. Where that is as one-sided, the ranking stands but says little: the bas
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -32,7 +33,7 @@ from plancurate.tasks.curation.selectors.influence import (
     gram,
     trajectory_gradients,
 )
-from plancurate.tasks.curation.selectors.ranking import highest_of_all, highest_of_scope
+from plancurate.tasks.curation.selectors.ranking import highest_of_all, highest_of_scope, split_half
 from plancurate.tasks.curation.selectors.sampled_policy import (
     Rollouts,
     SampledPolicy,
@@ -64,7 +65,9 @@ class InfluenceSettings(Settings):
     steps: int | None = Field(
         None, ge=1, description="gradient steps of the base policy; by default those of the study"
     )
-    rollouts: int = Field(100, ge=1, description="rollouts of the base policy to each target")
+    rollouts: int = Field(
+        100, ge=2, description="rollouts of the base policy to each target; more give a steadier order"
+    )
 
 
 class CupidSettings(InfluenceSettings):
@@ -79,27 +82,43 @@ class CupidNativeSettings(InfluenceSettings):
     dropped: float = Field(1 / 3, ge=0, lt=1, description="share of the pool to drop")
 
 
+@dataclass(frozen=True, eq=False)
+class Influence:
+    """Psi of c candidates: change of the expected return per weight of the candidate in training; high is good."""
+
+    psi: FloatArray
+    """(c,)."""
+    halves: tuple[FloatArray, FloatArray]
+    """(c,) each: by every other rollout to each target alone, and by the rest."""
+
+
 @selector("CUPID", CupidSettings, uses=USES, revision=2)
 def cupid(problem: Problem, settings: CupidSettings) -> Kept:
     """Keep the k trajectories of each target with the highest influence on a policy's return there."""
-    return highest_of_scope(problem, influences(problem, settings, settings.objective), "target")
+    found = influences(problem, settings, settings.objective)
+    kept = highest_of_scope(problem, found.psi, "target")
+    return replace(kept, split_half=split_half(found.halves, target_rows(problem)))
 
 
 @selector("CUPID_Global", InfluenceSettings, uses=USES, revision=2)
 def cupid_global(problem: Problem, settings: InfluenceSettings) -> Kept:
     """Keep the k x targets trajectories with the highest influence on a policy's return, wherever they lead."""
-    return highest_of_scope(problem, influences(problem, settings, "all"), "pool")
+    found = influences(problem, settings, "all")
+    kept = highest_of_scope(problem, found.psi, "pool")
+    return replace(kept, split_half=split_half(found.halves, np.zeros(len(found.psi), np.int64)))
 
 
 @selector("CUPID_Native", CupidNativeSettings, budgeted=False, uses=USES, revision=2)
 def cupid_native(problem: Problem, settings: CupidNativeSettings) -> Kept:
     """Keep all but the third of the pool with the lowest influence on a policy's return."""
-    psi = influences(problem, settings, "all")
-    return highest_of_all(problem, psi, len(psi) - math.floor(settings.dropped * len(psi)))
+    found = influences(problem, settings, "all")
+    count = len(found.psi)
+    kept = highest_of_all(problem, found.psi, count - math.floor(settings.dropped * count))
+    return replace(kept, split_half=split_half(found.halves, np.zeros(count, np.int64)))
 
 
-def influences(problem: Problem, settings: InfluenceSettings, objective: Objective) -> FloatArray:
-    """Psi (candidates,): change of the expected return per weight of the candidate in training; high is good."""
+def influences(problem: Problem, settings: InfluenceSettings, objective: Objective) -> Influence:
+    """Influence of all candidates of the pool."""
     training = base_training(problem, settings)
     with problem.stage("prepare"):
         data = pool_demonstrations(problem)
@@ -129,17 +148,22 @@ def score(
     settings: InfluenceSettings,
     objective: Objective,
     seed: int,
-) -> FloatArray:
-    """Psi (demos,) of demonstrations that lead to targets in the given rows (demos,)."""
+) -> Influence:
+    """Influence of demonstrations that lead to targets in the given rows (demos,)."""
     projections = draw_projections(policy.network, settings.projection, np.random.default_rng(seed))
     gradients = Gradients(policy.network, projections, settings.output, policy.sigma)
     of_rollouts = _of_trajectories(gradients, rollouts.steps, settings.aggregation)
     shown = gradients.factors(demos.observations, demos.actions)
     of_demos = trajectory_gradients(shown, demos.starts, demos.lengths, settings.aggregation)
     hessian = Hessian(gram(shown), settings.ridge)
-    of_return = return_gradients(of_rollouts, rollouts.returns, rollouts.target, n_targets, objective)
-    psi = np.einsum("cd,cd->c", of_demos, hessian.solve(of_return)[target])
-    return np.asarray(psi / np.sqrt(hessian.self_influence(of_demos)) if settings.normalise else psi)
+    scale = np.sqrt(hessian.self_influence(of_demos)) if settings.normalise else 1.0
+
+    def psi(which: slice) -> FloatArray:
+        returns, reached_for = rollouts.returns[which], rollouts.target[which]
+        of_return = return_gradients(of_rollouts[which], returns, reached_for, n_targets, objective)
+        return np.asarray(np.einsum("cd,cd->c", of_demos, hessian.solve(of_return)[target]) / scale)
+
+    return Influence(psi(slice(None)), (psi(slice(0, None, 2)), psi(slice(1, None, 2))))
 
 
 def _of_trajectories(gradients: Gradients, steps: Steps, aggregation: Aggregation) -> FloatArray:

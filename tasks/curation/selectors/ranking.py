@@ -57,6 +57,22 @@ def lowest_of_groups(problem: Problem, groups: IntArray, key: FloatArray, budget
         return Kept(rows=rows["row"].to_numpy(), rank=rows["rank"].to_numpy())
 
 
+def split_half(halves: tuple[FloatArray, FloatArray], groups: IntArray) -> float:
+    """Spearman's correlation of two estimates (candidates,) of a score, the mean over groups (candidates,).
+
+    Each comes from one half of the evidence, so that scores from all of it rank more stably than this says: by the
+    formula of Spearman and Brown their own correlation is 2 r / (1 + r). 0 where no group has candidates that both
+    estimates tell apart.
+    """
+    found = []
+    for group in np.unique(groups):
+        here = [half[groups == group] for half in halves]
+        if all(np.ptp(scores) > 0 for scores in here):
+            ranks = [scores.argsort(kind="stable").argsort() for scores in here]
+            found.append(np.corrcoef(*ranks)[0, 1])
+    return float(np.mean(found)) if found else 0.0
+
+
 Scope = Literal["target", "pool"]
 
 

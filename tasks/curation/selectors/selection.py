@@ -46,6 +46,8 @@ class Selection:
     """From the loaded candidates to the list of kept ids."""
     kept: pa.Table
     """KEPT_COLUMNS: one row a trajectory, by id."""
+    split_half: float | None = None
+    """How stably its scores rank, where they are estimated from rollouts and it was made just now."""
 
     @property
     def ids(self) -> list[str]:
@@ -110,6 +112,7 @@ def select(
         seconds=watch.seconds,
         selection_time_s=elapsed,
         kept=rows,
+        split_half=kept.split_half,
     )
 
 

@@ -28,6 +28,7 @@ from plancurate.tasks.curation.selectors.influence import (
     gram,
     trajectory_gradients,
 )
+from plancurate.tasks.curation.selectors.ranking import split_half
 from plancurate.tasks.curation.selectors.sampled_policy import (
     DISPLACED_M,
     Rollouts,
@@ -69,6 +70,10 @@ class Worked:
 
     def psi(self, objective: cupid.Objective = "target", **params: object) -> np.ndarray:
         """Influence of all candidates."""
+        return self.influence(objective, **params).psi
+
+    def influence(self, objective: cupid.Objective = "target", **params: object) -> cupid.Influence:
+        """Influence of all candidates, by all rollouts and by halves of them."""
         settings = InfluenceSettings.model_validate(params)
         rows = target_rows(self.problem)
         return cupid.score(
@@ -321,6 +326,28 @@ def test_training_on_the_top_third_does_better_than_on_the_bottom_third(
     assert successes[0] > successes[1] + 0.05
 
 
+def test_halves_are_disjoint_and_together_all_rollouts(worked: Worked) -> None:
+    found = worked.influence("all", projection=4)
+    np.testing.assert_allclose(np.mean(found.halves, axis=0), found.psi, rtol=1e-6)
+    assert not np.allclose(*found.halves)
+
+
+def test_more_rollouts_rank_more_stably_and_returns_by_chance_do_not(
+    worked: Worked, record_property: Callable[[str, object], None]
+) -> None:
+    def stability(every: int, returns: np.ndarray) -> float:
+        whole, which = worked.rollouts, np.s_[::every]
+        steps = replace(whole.steps, starts=whole.steps.starts[which], lengths=whole.steps.lengths[which])
+        some = replace(worked, rollouts=Rollouts(steps, returns[which], whole.target[which]))
+        return split_half(some.influence(projection=8).halves, worked.bed.target)
+
+    found = {300 // every: stability(every, worked.rollouts.returns) for every in (15, 1)}
+    chance = stability(1, np.random.default_rng(0).permutation(worked.rollouts.returns))
+    for rollouts, correlation in found.items():
+        record_property(f"CUPID_split_half_{rollouts}_rollouts", round(correlation, 2))
+    assert found[300] > max(found[20], chance) + 0.1
+
+
 def test_each_selector_keeps_what_it_promises() -> None:
     bed = defective_pool(seed=1, targets=3, per_target=20)
     kept = run("CUPID", bed, 4).kept
@@ -334,6 +361,8 @@ def test_each_selector_keeps_what_it_promises() -> None:
     assert len(anywhere.ids) == 12
     assert len(native.ids) == 40
     assert set(anywhere.ids) < set(native.ids)
+    for made in (anywhere, native):
+        assert made.split_half is not None
     for stage in ("prepare", "base_policy", "rollouts", "score", "select"):
         assert anywhere.seconds[stage] > 0
 

@@ -21,6 +21,7 @@ from plancurate.tasks.curation.selectors.clusters import (
     hierarchical_labels,
     kmeans_labels,
 )
+from plancurate.tasks.curation.selectors.ranking import split_half
 from plancurate.tasks.curation.selectors.selection import Selection, select
 
 from .defects import LEARNING
@@ -278,6 +279,16 @@ def test_stages_are_timed_and_sum_to_no_more_than_the_whole(name: str) -> None:
     assert set(selection.seconds) == set(STAGES)
     assert 0 < sum(selection.seconds.values()) <= selection.selection_time_s
     assert (selection.seconds["cluster"] > 0) == any(word in name for word in LABELS)
+
+
+def test_split_half_is_the_mean_rank_correlation_within_groups() -> None:
+    groups = np.array([0, 0, 0, 1, 1, 1, 2, 3, 3])
+    one = np.array([1.0, 2, 3, 10, 30, 20, 5, 7, 7])
+    other = np.array([1.0, 20, 300, 3, 1, 2, 9, 1, 2])  # the same order; the reverse; alone; undecided
+    assert split_half((one, other), groups) == pytest.approx(0.0)
+    assert split_half((one[:3], other[:3]), groups[:3]) == pytest.approx(1.0)
+    assert split_half((one[3:6], other[3:6]), groups[3:6]) == pytest.approx(-1.0)
+    assert split_half((one[6:], other[6:]), groups[6:]) == 0.0
 
 
 def test_every_selector_says_what_it_does() -> None:
