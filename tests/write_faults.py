@@ -10,24 +10,27 @@ from pathlib import Path
 import pytest
 
 LIBRARY = Path(__file__).with_suffix(".c")
-# One process imports and forks for each write, so that a kill costs milliseconds.
-KILL_AT_EVERY_WRITE = """
+# One process imports and forks for each write, so that a fault costs milliseconds.
+FAULT_AT_EVERY_WRITE = """
 import os, shutil, signal, sys
 import pandas, pyarrow.pandas_compat  # which pyarrow would import for each
 from itertools import count
 from pathlib import Path
 
 {work}
-folder, template = map(Path, sys.argv[1:])
+fault, folder, template = sys.argv[1], *map(Path, sys.argv[2:])
 for number in count():
     root = shutil.copytree(template, folder / f"{{number:04d}}")
     if (child := os.fork()) == 0:
-        os.environ |= {{"FAULT": "kill", "FAULT_AT": str(number + 1), "FAULT_UNDER": str(root)}}
+        os.environ |= {{"FAULT": fault, "FAULT_AT": str(number + 1), "FAULT_UNDER": str(root)}}
         signal.alarm(20)
-        work(root)
+        try:
+            work(root)
+        except OSError as error:
+            os._exit(error.errno if error.filename else 1)
         os._exit(0)
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    if code != -9:
+    if code not in (-9, 28):
         sys.exit(code)
 """
 
@@ -40,22 +43,22 @@ def write_faults(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return {"LD_PRELOAD": str(library)}
 
 
-def killed_at_every_write(
-    work: str, folder: Path, template: Path, write_faults: dict[str, str]
+def faulted_at_every_write(
+    fault: str, work: str, folder: Path, template: Path, write_faults: dict[str, str]
 ) -> tuple[list[Path], Path]:
-    """Run `work(root)`, a function in Python source, in copies of a folder, each time killed before another write.
+    """Run `work(root)`, a function in Python source, in copies of a folder, each time with another write at fault.
 
-    Returns the copies in the order of the writes, and the one in which it was left alone.
+    `fault` is kill, or full: no room, which must end as an OSError that names a file. Returns the copies in the order
+    of the writes, and the one in which there was no fault that mattered.
     """
     folder.mkdir()
-    program = KILL_AT_EVERY_WRITE.format(work=work)
+    program = FAULT_AT_EVERY_WRITE.format(work=work)
     paths = os.pathsep.join(str(Path(path).absolute()) for path in sys.path if path)
     environment = os.environ | write_faults | {"PYTHONPATH": paths}
-    subprocess.run(
-        [sys.executable, "-c", program, folder, template], env=environment, check=True, timeout=120
-    )
-    *killed, undisturbed = sorted(folder.iterdir())
-    return killed, undisturbed
+    command = [sys.executable, "-c", program, fault, folder, template]
+    subprocess.run(command, env=environment, check=True, timeout=300)
+    *faulted, undisturbed = sorted(folder.iterdir())
+    return faulted, undisturbed
 
 
 def files(root: Path) -> dict[str, bytes]:

@@ -1,4 +1,4 @@
-"""Writers of the lake that are killed before each of their writes: the lake stays sound, and again gives the same."""
+"""Writers of the lake, killed or out of room at each write: the lake stays sound, and again gives the same."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import pytest
 
 from plancurate.tasks.lake.compact import compact
 from plancurate.tasks.lake.mend import mend
+from plancurate.tasks.lake.parts import sweep
 from plancurate.tasks.lake.store import Lake
 
-from ..write_faults import files, killed_at_every_write
+from ..write_faults import faulted_at_every_write, files
 from .test_damage import OTHER, POOL, rows
 
 Job = Callable[[Path], object]
@@ -46,29 +47,38 @@ def one_torn(root: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("job", "before", "fewest", "held"),
+    ("fault", "job", "before", "fewest", "held"),
     [
-        (write, another_pool, 15, set()),
-        (write, two_parts, 10, {"a", "b"}),
-        (merge, two_parts, 15, {"a", "b"}),
-        (put_aside, one_torn, 4, {"a"}),
+        ("kill", write, another_pool, 15, set()),
+        ("kill", write, two_parts, 10, {"a", "b"}),
+        ("kill", merge, two_parts, 15, {"a", "b"}),
+        ("kill", put_aside, one_torn, 4, {"a"}),
+        ("full", write, two_parts, 5, {"a", "b"}),
     ],
-    ids=["first part", "further part", "compaction", "mending"],
+    ids=["first part", "further part", "compaction", "mending", "further part on a full disk"],
 )
-def test_a_kill_at_any_write_leaves_a_lake_that_the_same_command_finishes(
-    job: Job, before: Job, fewest: int, held: set[str], tmp_path: Path, write_faults: dict[str, str]
+def test_a_fault_at_any_write_leaves_a_lake_that_the_same_command_finishes(
+    fault: str,
+    job: Job,
+    before: Job,
+    fewest: int,
+    held: set[str],
+    tmp_path: Path,
+    write_faults: dict[str, str],
 ) -> None:
     before(tmp_path / "before")
     work = f"from {__name__} import {job.__name__} as work"
-    killed, undisturbed = killed_at_every_write(work, tmp_path / "k", tmp_path / "before", write_faults)
-    assert len(killed) >= fewest
-    for root in killed:
+    places = (tmp_path / "faults", tmp_path / "before")
+    faulted, undisturbed = faulted_at_every_write(fault, work, *places, write_faults)
+    assert len(faulted) >= fewest
+    for root in faulted:
+        assert fault == "kill" or not list(root.rglob(".*.tmp"))
         lake = Lake(root)
         mend(lake, "targets", POOL)
         assert lake.damage() == []
         assert held <= lake.keys("targets", POOL)
         job(root)
-        lake.sweep(older_than_s=0)
+        sweep(root, older_than_s=0)
         assert lake.damage() == []
         assert parts(root) == parts(undisturbed)
 
