@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from plancurate.flows.cli.console import console
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.mend import mend
+from plancurate.tasks.lake.parts import sweep
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyContext, open_study
 
@@ -17,7 +18,8 @@ def begin(config: StudyConfig, home: str | None, *tables: str) -> StudyContext:
     Of other tables nothing is moved aside: a stage that only reads them must refuse what is damaged there.
     """
     study = open_study(config, Home.resolve(home))
-    study.lake.sweep()
+    for folder in (study.home.lake, study.home.models):
+        sweep(folder)
     for name in tables:
         for pool in study.pools:
             say_made_again(damage.line for damage in mend(study.lake, name, study.study_partition(pool)))

@@ -16,8 +16,18 @@ from .homes import new_home, shared_server, tables
 from .lakes import small_lake, small_lake_once
 from .robot_files import robot_folders
 from .studies import maker
+from .write_faults import write_faults
 
-__all__ = ["maker", "new_home", "robot_folders", "shared_server", "small_lake", "small_lake_once", "tables"]
+__all__ = [
+    "maker",
+    "new_home",
+    "robot_folders",
+    "shared_server",
+    "small_lake",
+    "small_lake_once",
+    "tables",
+    "write_faults",
+]
 
 LONGEST = (
     "integration/test_study", "flows/test_serve", "integration/test_docs", "integration/test_resume",

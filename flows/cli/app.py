@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import errno
 import json
+import os
 import sys
 from collections.abc import Sequence
 from functools import cache
@@ -15,13 +16,14 @@ from cyclopts import App, CycloptsError, Group, Parameter
 
 from plancurate import __version__
 from plancurate.errors import IncompleteError, PlancurateError, shortened
-from plancurate.flows.cli.console import console, output
+from plancurate.flows.cli.console import complain, output
 from plancurate.yaml_files import parse_yaml
 
 USER_ERROR, INCOMPLETE, INTERRUPTED = 2, 1, 130
 # What a disk refuses, a user can mend.
+FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 REFUSALS = {
-    errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST,
+    errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.EEXIST,
     errno.ENAMETOOLONG,
 }  # fmt: skip
 # Panels of the help; each command's module and function, in the order in which a person meets them.
@@ -112,6 +114,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     except (CycloptsError, PlancurateError) as error:
         stop(str(error), USER_ERROR)
     except OSError as error:
+        if error.errno in FULL:
+            stop(no_room(error), USER_ERROR)
         if error.errno not in REFUSALS or error.filename is None:
             raise
         stop(f"{error.filename}: {error.strerror}; another file or folder is needed", USER_ERROR)
@@ -119,6 +123,12 @@ def main(argv: Sequence[str] | None = None) -> None:
         stop(str(error), INCOMPLETE)
     except KeyboardInterrupt:
         stop("stopped; the same command goes on from here", INTERRUPTED)
+
+
+def no_room(error: OSError) -> str:
+    """Say in one line what could not be written for want of space."""
+    where = error.filename or "a file could not be written"
+    return f"{where}: {os.strerror(error.errno or 0)}; make room, and the same command goes on from here"
 
 
 def as_json(word: str) -> str:
@@ -145,8 +155,7 @@ def gathered(words: Sequence[str]) -> list[str]:
 
 def stop(message: str, code: int) -> None:
     """Say why in one line and exit."""
-    text = " ".join(message.split()).replace("[", "\\[")
-    console.print(f"[red]plancurate:[/] {text}", soft_wrap=True, highlight=False)
+    complain(message)
     sys.exit(code)
 
 

@@ -13,6 +13,12 @@ output = Console()
 """What was asked for, for a person or a program."""
 
 
+def complain(message: str) -> None:
+    """Say in one line why a command ends."""
+    text = " ".join(message.split()).replace("[", "\\[")
+    console.print(f"[red]plancurate:[/] {text}", soft_wrap=True, highlight=False)
+
+
 def table(*columns: str) -> Table:
     """Make a plain table."""
     shown = Table(box=None, pad_edge=False, header_style="bold")

@@ -11,6 +11,7 @@ from plancurate.errors import PlancurateError
 from plancurate.flows.cli.console import console
 from plancurate.flows.cli.study_options import StudyOptions
 from plancurate.flows.server.prefect_server import prefect_server
+from plancurate.flows.server.server_loss import ends_with_server
 
 if TYPE_CHECKING:
     from plancurate.tasks.lake.home import Home
@@ -90,6 +91,7 @@ def run(name: str, config: StudyConfig, home: Home) -> StudyContext:
     home.require_writable()
     with ExitStack() as stack:
         with console.status("starting Prefect's server"):
-            stack.enter_context(prefect_server(home, meanwhile=prepare))
+            url = stack.enter_context(prefect_server(home, meanwhile=prepare))
+        stack.enter_context(ends_with_server(home, url))
         getattr(import_module(module), name)(config, home=str(home.root))
     return opened()

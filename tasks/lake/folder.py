@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import glob
-import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -13,13 +12,12 @@ import pyarrow.parquet as pq
 from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.footer import is_merged, part_keys
 from plancurate.tasks.lake.inspection import Damage, Inspection, strays
-from plancurate.tasks.lake.parts import TEMPORARY_PATTERN, conform, part_path, safe_name, write_part
+from plancurate.tasks.lake.parts import conform, part_path, safe_name, write_part
 from plancurate.tasks.lake.schema import PART_PATTERN, POOL_LEVELS, TABLES, Table, table
 
 # Every table holds one part without rows under this partition value, so that a view over an empty table
 # has its columns. '_' can't begin a partition value of anybody's.
 _NOBODY = "_"
-_STALE_AFTER_S = 3600.0  # no write takes an hour: an older temporary file belongs to a killed process
 
 
 class LakeFolder:
@@ -103,14 +101,6 @@ class LakeFolder:
             found += strays(self.root, kind, [*self.partitions(kind.name, {}), self._nobody(kind)])
         return found
 
-    def sweep(self, older_than_s: float = _STALE_AFTER_S) -> list[Path]:
-        """Remove temporary files that killed processes left behind; returns their paths."""
-        before = time.time() - older_than_s
-        stale = [path for path in self.root.rglob(TEMPORARY_PATTERN) if _modified(path) <= before]
-        for path in stale:
-            path.unlink(missing_ok=True)
-        return stale
-
     def inventory(
         self, names: Iterable[str], levels: Mapping[str, str]
     ) -> tuple[dict[str, list[Path]], list[Damage]]:
@@ -140,10 +130,3 @@ class LakeFolder:
     def _join(self, kind: Table, values: list[str]) -> Path:
         levels = [f"{level}={value}" for level, value in zip(kind.partition, values, strict=True)]
         return self.root.joinpath(kind.name, *levels)
-
-
-def _modified(path: Path) -> float:
-    try:
-        return path.stat().st_mtime
-    except FileNotFoundError:
-        return float("inf")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
+import time
 import uuid
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,6 +20,7 @@ from plancurate.tasks.lake.schema import SCHEMA_VERSION, Table
 
 # Hidden and without the suffix: neither our globs nor anyone's `*.parquet` can match a half-written file.
 TEMPORARY_PATTERN = ".*.tmp"
+STALE_AFTER_S = 3600.0  # no write takes an hour: an older temporary file belongs to a killed process
 _SAFE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 
 
@@ -39,6 +42,22 @@ def safe_name(what: str, value: str) -> str:
 def temporary_path(path: Path) -> Path:
     """A new name beside `path` that no reader looks at."""
     return path.with_name(f".{path.name}.{uuid.uuid4().hex}.tmp")
+
+
+def sweep(folder: Path, older_than_s: float = STALE_AFTER_S) -> list[Path]:
+    """Remove temporary files and folders that killed processes left below a folder; returns their paths."""
+    before = time.time() - older_than_s
+    stale = [path for path in folder.rglob(TEMPORARY_PATTERN) if _modified(path) <= before]
+    for path in stale:
+        shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink(missing_ok=True)
+    return stale
+
+
+def _modified(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except FileNotFoundError:
+        return float("inf")
 
 
 def publish(temporary: Path, path: Path) -> None:
@@ -74,6 +93,11 @@ def write_part(path: Path, table: Table, rows: pa.Table, metadata: Mapping[str, 
             if not path.exists():
                 append(path.parent, entry)
                 publish(temporary, path)
+    except OSError as error:
+        error.filename = error.filename or str(
+            path
+        )  # pyarrow names no file, and who makes room needs to know where
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 

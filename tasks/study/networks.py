@@ -12,6 +12,7 @@ import torch
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.manifest import folder_damage
+from plancurate.tasks.lake.parts import temporary_path
 from plancurate.tasks.learning import corrections, train
 from plancurate.tasks.learning.demonstrations import Demonstrations
 from plancurate.tasks.learning.observations import find_term
@@ -157,9 +158,13 @@ def material(network: Network) -> str:
 
 def keep(policy: TrainedPolicy, folder: Path) -> None:
     """Store a policy whole or not at all: a killed run must not leave half a network behind."""
-    unfinished = folder.with_name(f".{folder.name}.{uuid4().hex}")
-    policy.save(unfinished)
+    unfinished = temporary_path(folder)
     try:
+        policy.save(unfinished)
         unfinished.rename(folder)
-    except OSError:  # another run has just stored the same network
-        shutil.rmtree(unfinished)
+    except OSError as error:
+        if not folder.is_dir():  # or another run has just stored the same network
+            error.filename = error.filename or str(folder)
+            raise
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)

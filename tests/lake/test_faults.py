@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from plancurate.tasks.lake.mend import mend
+from plancurate.tasks.lake.parts import sweep
 from plancurate.tasks.lake.schema import table
 from plancurate.tasks.lake.store import Lake
 
@@ -64,7 +65,7 @@ def test_a_killed_writer_leaves_whole_parts_or_none(tmp_path: Path) -> None:
             time.sleep(chance.uniform(0.03, 0.3))
             writer.kill()
         lake = Lake(root)
-        torn += len(lake.sweep(older_than_s=0))
+        torn += len(sweep(root, older_than_s=0))
         assert not list(root.rglob(".*.tmp"))
         if not root.exists():  # killed before its first file
             continue

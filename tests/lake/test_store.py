@@ -11,6 +11,7 @@ import pytest
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.tasks.lake.compact import compact
 from plancurate.tasks.lake.footer import read_footer
+from plancurate.tasks.lake.parts import sweep
 from plancurate.tasks.lake.schema import SCHEMA_VERSION, TABLES, table
 from plancurate.tasks.lake.store import Lake
 
@@ -135,7 +136,7 @@ def test_leftover_temporary_files_are_ignored_and_removed_when_old(lake: Lake, p
     os.utime(old, (time.time() - 7200,) * 2)
     assert lake.read("targets", POOL).num_rows == 2
     assert lake.keys("targets", POOL) == {"a"}
-    assert lake.sweep() == [old]
+    assert sweep(lake.root) == [old]
     assert fresh.exists()
     assert not old.exists()
 
