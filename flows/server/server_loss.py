@@ -24,7 +24,8 @@ def ends_with_server(home: Home, url: str) -> Iterator[None]:
     It ends as `kill -9` would end it, which the lake is made for: its threads can't be stopped in Prefect's retries.
     A server that was configured is not watched.
     """
-    server = serving(home)
+    # Beside a configured server a home may have no folder for one of its own.
+    server = serving(home) if (home.prefect / "server.lock").exists() else None
     if server is None or server[1] != url:
         yield
         return

@@ -30,6 +30,13 @@ BUILT_IN = (
 )  # fmt: skip
 
 
+@pytest.fixture(autouse=True)
+def selectors_of_this_test_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a test registers is forgotten with it; later tests ask for all that are registered."""
+    selector_names()
+    monkeypatch.setattr(registry, "_registry", dict(registry._registry))
+
+
 def curate(
     lake: Lake,
     pool: Pool,

@@ -43,7 +43,7 @@ def test_a_sound_home_is_said_so_in_one_line(home: Path, capsys: pytest.CaptureF
     code, lines, errors = said(capsys, home, "doctor", "--lake")
     assert (code, errors) == (0, [])
     assert len(lines) == 1
-    assert lines[0].startswith(f"{home}/lake: 15 parts, 1 policies, ")
+    assert lines[0].startswith(f"{home}/lake: 17 parts, 1 policies, ")
     assert lines[0].endswith("nothing wrong")
 
 
