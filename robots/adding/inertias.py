@@ -16,7 +16,8 @@ from plancurate.robots.urdf_values import numbers, origin_of
 
 DENSITY = 1000.0  # kg/m3 of a link whose mass is not given
 LEAST_MASS, LEAST_SIZE = 0.01, 0.02  # kg and m of a link that has no shape either
-SLACK = 1.01
+SLACK = 1.01  # of the triangle inequality: what breaks it by less is mended
+SPARE = 1e-4  # by which a mended inertia keeps it, above what is lost when it is written
 SIX = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
@@ -50,7 +51,7 @@ def read_inertial(
     if inertia_element is not None:
         inertia = findings.attempt(lambda: _matrix(where, inertia_element), inertia)
     if (fault := _fault(mass, inertia, pose, shapes)) is None:
-        return Inertial(mass, pose, inertia)
+        return Inertial(mass, pose, _mended(inertia))
     findings.notes.append(f"{where}: its inertia {fault}; that of its mass spread over its box is taken")
     return Inertial(mass, pose, box_inertia(mass, shapes))
 
@@ -85,6 +86,16 @@ def _extent(shapes: Sequence[Shape]) -> tuple[FloatArray, FloatArray]:
 def _matrix(where: str, element: ET.Element) -> FloatArray:
     xx, xy, xz, yy, yz, zz = (numbers(where, element, name, 1)[0] for name in SIX)
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _mended(inertia: FloatArray) -> FloatArray:
+    """The nearest inertia (3,3) that keeps the triangle inequality: PyBullet takes zero for one that does not."""
+    moments, axes = np.linalg.eigh(inertia)
+    low, middle, high = moments
+    if high <= low + middle:
+        return inertia
+    excess = high * (1 + SPARE) - low - middle
+    return np.asarray(axes * (moments + excess / 3 * np.array([1.0, 1.0, -1.0])) @ axes.T)
 
 
 def _fault(mass: float, inertia: FloatArray, pose: FloatArray, shapes: Sequence[Shape]) -> str | None:

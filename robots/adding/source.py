@@ -21,6 +21,7 @@ KNOWN = (*MOVING, "fixed", "floating", "planar")
 LIMITS = ("lower", "upper", "velocity", "effort")
 NO_LIMITS: dict[str, float] = {}
 SOFT = ("soft_lower_limit", "soft_upper_limit")
+EXPAND = "a .xacro file must be expanded first: xacro FILE > robot.urdf"
 
 
 @dataclass(frozen=True)
@@ -76,15 +77,13 @@ def read_source(file: Path, findings: Findings) -> Source:
     try:
         root = ET.parse(file).getroot()
     except (OSError, ET.ParseError) as error:
-        hint = (
-            "; a .xacro file must be expanded first: xacro FILE > robot.urdf"
-            if file.suffix == ".xacro"
-            else ""
-        )
+        hint = f"; {EXPAND}" if file.suffix == ".xacro" else ""
         raise PlancurateError(f"{file}: not a readable URDF: {error}{hint}") from None
     if root.tag != "robot":
         raise PlancurateError(f"{file}: the root element is <{root.tag}>; a URDF starts with <robot>")
     links = {element.get("name", ""): element for element in root.findall("link")}
+    if not links:
+        raise PlancurateError(f"{file}: <robot> has no <link>; {EXPAND}")
     elements = [element for element in root.findall("joint") if element.find("parent") is not None]
     joints = {element.get("name", ""): _joint(element, findings) for element in elements}
     findings.problems += [

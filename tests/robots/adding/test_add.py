@@ -117,6 +117,13 @@ def test_a_problem_comes_with_its_remedy(tmp_path, old, new, part):
     assert "\n" not in str(error.value)
 
 
+def test_a_file_without_links_is_told_from_one_without_a_base(tmp_path):
+    urdf = tmp_path / "ur3.urdf"
+    urdf.write_text('<robot xmlns:xacro="http://wiki.ros.org/xacro"><xacro:ur3_robot prefix=""/></robot>')
+    with pytest.raises(PlancurateError, match=r"has no <link>; a \.xacro file must be expanded"):
+        read_source(urdf, Findings())
+
+
 def test_limits_that_are_left_out_can_be_given(tmp_path):
     urdf = five_joint_arm(tmp_path)
     urdf.write_text(urdf.read_text().replace('velocity="2"', "").replace('effort="80"', 'effort="0"'))
