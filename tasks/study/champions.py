@@ -38,18 +38,21 @@ class Challenge:
 
 
 def crown_networks(study: StudyContext, run: StudyRun) -> list[str]:
-    """Move champions where a network is better, and say so in a line each; those that stay are named in one line.
+    """Move champions where a network is better, and say so in a line each; first ones and those that stay are named.
 
     A policy without a champion gets its most successful network. Nothing happens without tests at unseen targets.
     """
-    moved, stay = [], []
+    moved: list[str] = []
+    named: dict[str, list[str]] = {"first champions": [], "champions that stay": []}
     for (pool, policy), tested in tested_at_unseen(study).items():
         name = champion_name(study, study.pool(pool), policy)
-        if said := crown(study, run, study.pool(pool), policy, name, tested):
+        first = champion(run.uri, name) is None
+        said = crown(study, run, study.pool(pool), policy, name, tested)
+        if said and not first:
             moved.append(said)
         else:
-            stay.append(name)
-    return moved + ([f"champions that stay: {', '.join(stay)}"] if stay else [])
+            named["first champions" if first else "champions that stay"].append(name)
+    return moved + [f"{what}: {', '.join(names)}" for what, names in named.items() if names]
 
 
 def crown(

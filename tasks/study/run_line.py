@@ -28,15 +28,17 @@ def run_line(study: StudyContext, tested_before: frozenset[str], champions: Sequ
         said = f"went on, {made} of {made + len(tested_before)} networks tested now"
     else:
         networks = "1 network" if made == 1 else f"{made} networks"
-        said = f"{study.config.n_targets} training targets, {networks} tested; {growth_line(study)}"
+        said = f"{study.config.n_targets} training targets, {networks} tested"
+        if grew := growth_line(study):
+            said = f"{said}; {grew}"
     return "; ".join([f"{study.study}: {said}", *champions])
 
 
-def growth_line(study: StudyContext) -> str:
-    """Say what the targets did that the study has more than when it was smaller."""
+def growth_line(study: StudyContext) -> str | None:
+    """Say what the targets did that the study has more than when it was smaller; None where it never was."""
     before = smaller(study)
     if before is None:
-        return "nothing smaller to compare with"
+        return None
     for kind in KINDS:
         if rows := compare_studies(study.lake, before.study, study.study, kind).results:
             return f"{difference_line(rows[0])} ({before.config.n_targets} training targets before, {kind} tests)"

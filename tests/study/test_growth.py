@@ -103,7 +103,7 @@ def test_a_run_that_goes_on_counts_what_is_new(study: StudyContext) -> None:
 
 def test_a_first_run_says_that_there_is_nothing_to_compare_with(study: StudyContext) -> None:
     ran(study, 2)
-    assert run_line(study, frozenset(), []).endswith("1 network tested; nothing smaller to compare with")
+    assert run_line(study, frozenset(), []).endswith(" training targets, 1 network tested")
 
 
 @pytest.mark.parametrize(
