@@ -7,13 +7,16 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from plancurate.errors import PlancurateError
+from plancurate.errors import IncompleteError, PlancurateError
 from plancurate.flows.cli.console import console
 from plancurate.flows.cli.study_options import StudyOptions
 from plancurate.flows.server.prefect_server import prefect_server
 from plancurate.flows.server.server_loss import ends_with_server
+from plancurate.flows.server.services import last_line
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from plancurate.tasks.lake.home import Home
     from plancurate.tasks.study.config import StudyConfig
     from plancurate.tasks.study.context import StudyContext
@@ -93,5 +96,19 @@ def run(name: str, config: StudyConfig, home: Home) -> StudyContext:
         with console.status("starting Prefect's server"):
             url = stack.enter_context(prefect_server(home, meanwhile=prepare))
         stack.enter_context(ends_with_server(home, url))
-        getattr(import_module(module), name)(config, home=str(home.root))
+        run_flow(getattr(import_module(module), name), config, home)
     return opened()
+
+
+def run_flow(flow: Callable[..., object], config: StudyConfig, home: Home) -> None:
+    """Run a flow; IncompleteError where Prefect's server refuses to record it, as it does on a full disk."""
+    from prefect.exceptions import PrefectHTTPStatusError
+
+    try:
+        flow(config, home=str(home.root))
+    except PrefectHTTPStatusError as error:
+        log = home.prefect / "server.log"
+        raise IncompleteError(
+            f"Prefect's server could not record the run (status {error.response.status_code}; {log}: "
+            f"{last_line(log)}); what was finished is kept, and the same command goes on from here"
+        ) from None
