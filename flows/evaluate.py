@@ -8,11 +8,11 @@ from prefect.cache_policies import NO_CACHE
 from plancurate.flows.begin import begin
 from plancurate.flows.forms import WholeConfig
 from plancurate.flows.progress import stage
-from plancurate.flows.task_runs import run_all, shared_runner
+from plancurate.flows.task_runs import run_all, run_groups, shared_runner
 from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.evaluations import count_rollouts, evaluate_networks, missing_evaluations
 from plancurate.tasks.study.motion_verdicts import missing_verdicts, verify_rollouts
-from plancurate.tasks.study.networks import Network, groups, titles
+from plancurate.tasks.study.networks import Network
 from plancurate.tasks.study.records import record_study
 from plancurate.tasks.study.references import make_references, missing_references
 
@@ -31,14 +31,10 @@ def evaluate(config: WholeConfig, home: str | None = None) -> None:
     pools = [(reference(study), pool.pool, pool.title) for pool in missing_references(study)]
     run_all(reference_trials, pools, config.workers, runner=shared_runner(config))
     with stage("evaluate", count_rollouts(study, missing), "rollouts") as bar:
-        together = groups(missing)
-        calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
-        run_all(evaluate_group, calls, config.workers, bar.advance, runner=shared_runner(config))
+        run_groups(evaluate_group, study, missing, bar.advance)
     if unverified := missing_verdicts(study):
         with stage("verify", len(unverified), "networks") as bar:
-            together = groups(unverified)
-            calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
-            run_all(verify_group, calls, config.workers, bar.advance, runner=shared_runner(config))
+            run_groups(verify_group, study, unverified, bar.advance)
 
 
 @task(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from queue import SimpleQueue
@@ -16,6 +16,8 @@ from prefect.utilities.callables import get_call_parameters
 
 from plancurate.errors import IncompleteError, PlancurateError
 from plancurate.tasks.study.config import StudyConfig
+from plancurate.tasks.study.context import StudyContext, reference
+from plancurate.tasks.study.networks import Network, groups, titles
 
 Ended = Callable[[Any], None]
 
@@ -92,6 +94,13 @@ def run_all(
         for _ in range(min(in_flight, len(futures))):
             wait_for_one()
         return _results(task.name, futures)
+
+
+def run_groups(task: Task[..., Any], study: StudyContext, networks: Sequence[Network], ended: Ended) -> None:
+    """Run a task for these networks, some of a policy and pool at once: its arguments are study, networks, title."""
+    together = groups(networks)
+    calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
+    run_all(task, calls, study.config.workers, ended, runner=shared_runner(study.config))
 
 
 def _results(name: str, futures: list[PrefectFuture[Any]]) -> list[Any]:

@@ -8,14 +8,12 @@ from prefect.cache_policies import NO_CACHE
 from plancurate.flows.begin import begin, say_made_again
 from plancurate.flows.forms import NetworksConfig
 from plancurate.flows.progress import stage
-from plancurate.flows.task_runs import run_all, shared_runner
-from plancurate.tasks.study.context import StudyContext, StudyRef, reference
+from plancurate.flows.task_runs import run_groups
+from plancurate.tasks.study.context import StudyContext, StudyRef
 from plancurate.tasks.study.networks import (
     Network,
-    groups,
     is_trained,
     set_damaged_aside,
-    titles,
     train_networks,
     wanted_networks,
 )
@@ -39,9 +37,7 @@ def train_missing(study: StudyContext, networks: list[Network]) -> None:
     say_made_again(set_damaged_aside(study, networks))
     missing = [network for network in networks if not is_trained(study, network)]
     with stage("train", len(missing), "networks") as bar:
-        together = groups(missing)
-        calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
-        run_all(train_group, calls, study.config.workers, bar.advance, runner=shared_runner(study.config))
+        run_groups(train_group, study, missing, bar.advance)
 
 
 @task(

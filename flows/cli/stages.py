@@ -107,8 +107,9 @@ def run_flow(flow: Callable[..., object], config: StudyConfig, home: Home) -> No
     try:
         flow(config, home=str(home.root))
     except PrefectHTTPStatusError as error:
-        log = home.prefect / "server.log"
+        answer, log = error.response, home.prefect / "server.log"
+        told = f"; {log}: {last_line(log)}" if log.exists() else ""  # a configured server keeps its own
         raise IncompleteError(
-            f"Prefect's server could not record the run (status {error.response.status_code}; {log}: "
-            f"{last_line(log)}); what was finished is kept, and the same command goes on from here"
+            f"Prefect's server could not record the run ({answer.request.url}: status {answer.status_code}{told}); "
+            "what was finished is kept, and the same command goes on from here"
         ) from None

@@ -63,22 +63,22 @@ class Source:
         return [*([row.scene] if self._scenes else []), *([row.pool_label] if self._labels else [])]
 
     def figure_rows(self, rows: Sequence[RowT]) -> list[RowT]:
-        """Rows that figures show: the first scene's that has any, of the largest budget or without one."""
-        budgets = [row.budget for row in rows if row.budget is not None]
+        """Rows that figures show: the first scene's that has any, of the leader's budget or without one."""
         groups = [group for group in self.groups if any(row.group == group for row in rows)]
-        return [
-            row
-            for row in rows
-            if row.group == groups[0] and (row.budget is None or row.budget == max(budgets))
-        ]
+        return [row for row in rows if row.group == groups[0] and row.budget in (None, self._leading_budget)]
 
     def figure_note(self, rows: Sequence[Row]) -> str:
         """What `figure_rows` leaves out, in words."""
         shown = self.figure_rows(rows)
         scene = f"{text.group(shown[0]).capitalize()}." if shown and len(self.groups) > 1 else ""
         budgets = {row.budget for row in rows if row.budget is not None}
-        budget = f"Selections of the largest budget, k = {max(budgets)}." if len(budgets) > 1 else ""
+        budget = f"Selections of the leader's budget, k = {self._leading_budget}." if len(budgets) > 1 else ""
         return f"{scene} {budget}".strip()
+
+    @cached_property
+    def _leading_budget(self) -> int | None:
+        """Budget of the first selection that has one, or figures would leave out what the verdict is about."""
+        return next((cell.budget for cell in self.order if cell.budget is not None), None)
 
     @cached_property
     def _scenes(self) -> bool:

@@ -46,36 +46,33 @@ def crown_networks(study: StudyContext, run: StudyRun) -> list[str]:
     named: dict[str, list[str]] = {"first champions": [], "champions that stay": []}
     for (pool, policy), tested in tested_at_unseen(study).items():
         name = champion_name(study, study.pool(pool), policy)
-        first = champion(run.uri, name) is None
-        said = crown(study, run, study.pool(pool), policy, name, tested)
-        if said and not first:
-            moved.append(said)
+        known = champion(run.uri, name)
+        if known is None:
+            set_champion(run, name, *first_champion(name, tested))
+            named["first champions"].append(name)
+        elif won := winner(challenges(study, study.pool(pool), policy, known)):
+            moved.append(succession(name, won, tested[won.evaluation_id]))
+            set_champion(run, name, won.evaluation_id, moved[-1])
         else:
-            named["first champions" if first else "champions that stay"].append(name)
+            named["champions that stay"].append(name)
     return moved + [f"{what}: {', '.join(names)}" for what, names in named.items() if names]
 
 
-def crown(
-    study: StudyContext, run: StudyRun, pool: PoolContext, policy: str, name: str, tested: Tested
-) -> str | None:
-    """Make a network the champion of that name, where there is none or one is better; gives what happened."""
-    known = champion(run.uri, name)
-    if known is None:
-        best = max(tested, key=lambda key: (tested[key].success_rate, tested[key].settled_rate))
-        row = tested[best]
-        said = f"champion {name} is {title(row)}, the first: {text.percent(row.success_rate)} % of {row.n} unseen tests"
-    else:
-        won = winner(challenges(study, pool, policy, known))
-        if won is None:
-            return None
-        best = won.evaluation_id
-        said = (
-            f"champion {name} is now {title(tested[best])}: {text.percent(won.challenger.rate)} instead of "
-            f"{text.percent(won.champion.rate)} % of {won.challenger.n} unseen tests, "
-            f"{text.p_value(won.p)} (paired)"
-        )
-    set_champion(run, name, best, said)
-    return said
+def first_champion(name: str, tested: Tested) -> tuple[str, str]:
+    """Return the evaluation id of the most successful network, and why it is the champion of that name."""
+    best = max(tested, key=lambda key: (tested[key].success_rate, tested[key].settled_rate))
+    row = tested[best]
+    return best, (
+        f"champion {name} is {title(row)}, the first: {text.percent(row.success_rate)} % of {row.n} unseen tests"
+    )
+
+
+def succession(name: str, won: Challenge, row: ResultRow) -> str:
+    """Say why a network is the champion of that name from now on."""
+    return (
+        f"champion {name} is now {title(row)}: {text.percent(won.challenger.rate)} instead of "
+        f"{text.percent(won.champion.rate)} % of {won.challenger.n} unseen tests, {text.p_value(won.p)} (paired)"
+    )
 
 
 def winner(challenges: Sequence[Challenge]) -> Challenge | None:

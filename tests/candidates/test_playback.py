@@ -10,9 +10,11 @@ import pytest
 from plancurate import native
 from plancurate.robots import load_robot, load_scene, load_world, robot_names, scene_names
 from plancurate.robots.urdf import read_urdf
+from plancurate.tasks.candidates.bullet import bullet
 from plancurate.tasks.candidates.payload import Payload
 from plancurate.tasks.candidates.playback import play, verify
 from plancurate.tasks.candidates.settings import VerifySettings
+from plancurate.tasks.candidates.simulation import World
 
 DT = 0.05
 SETTINGS = VerifySettings()
@@ -39,6 +41,15 @@ def test_every_robot_of_the_package_holds_its_home(name, scene):
     found = verify(robot, scene, np.repeat(robot.home[None], 20, axis=0), DT, SETTINGS)
     assert found.verified, found.reason
     assert found.max_tracking_error_rad < 1e-3
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_no_link_that_weighs_anything_turns_without_resistance(name):
+    robot, world = load_robot(name), World()
+    world.build_alone(robot)
+    for _, link in world.names:
+        mass, _, moments, *_ = bullet.getDynamicsInfo(world.body, link, physicsClientId=world.client)
+        assert mass == 0 or min(moments) > 0  # PyBullet takes zero for an inertia that no body can have
 
 
 @pytest.mark.parametrize("name", ["h2017", "panda", "xarm6", "seven", "scara"])

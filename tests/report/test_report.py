@@ -285,7 +285,7 @@ def test_agreement_says_sign_significance_and_size(small_lake: Lake, maker: Any)
     assert "more than chance" in report.verdict[1]
 
 
-def test_figures_show_the_largest_budget_and_curves_by_budget(report: Report) -> None:
+def test_figures_show_the_leader_s_budget_and_curves_by_budget(report: Report) -> None:
     pictures = {figure.key: figure for figure in report.figures}
     assert list(pictures) == [
         "figure_2", "figure_a1", "figure_budgets", "figure_4", "figure_5", "figure_3", "figure_a2", "figure_a3",
@@ -293,9 +293,20 @@ def test_figures_show_the_largest_budget_and_curves_by_budget(report: Report) ->
     ]  # fmt: skip
     labels = {node.text for node in ET.fromstring(pictures["figure_2"].pictures[0][1].svg()).iter()}
     assert {"KMeans_Hybrid", "General", "Random", "93.8", "ns"} <= labels
-    assert "Selections of the largest budget, k = 2." in pictures["figure_2"].note
+    assert "Selections of the leader's budget, k = 2." in pictures["figure_2"].note
     assert [caption for caption, _ in pictures["figure_budgets"].pictures] == ["KMeans_Hybrid"]
     assert len(pictures["figure_3"].pictures) == 4
+
+
+def test_figures_show_what_leads_with_a_smaller_budget_too(small_lake: Lake, maker: Any) -> None:
+    study = maker.record("small", "cccccccc")
+    for budget, outcomes in ((1, "SSSS"), (2, "S...")):
+        maker.test(study, "KMeans_Hybrid", budget, "BC_MLP", outcomes)
+        maker.select(study, "KMeans_Hybrid", budget, KEPT["KMeans_Hybrid", budget])
+    report = build_report(study_results(small_lake, study))
+    (figure,) = (figure for figure in report.figures if figure.key == "figure_2")
+    assert "Selections of the leader's budget, k = 1." in figure.note
+    assert "100.0" in {node.text for node in ET.fromstring(figure.pictures[0][1].svg()).iter()}
 
 
 def test_figure_a3_has_intervals_over_selection_seeds(small_lake: Lake, maker: Any, study: str) -> None:

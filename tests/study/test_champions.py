@@ -8,7 +8,7 @@ import pytest
 
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study import champions
-from plancurate.tasks.study.champions import Challenge, challenges, champion_name, crown, winner
+from plancurate.tasks.study.champions import Challenge, challenges, champion_name, crown_networks, winner
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyContext, open_study
 from plancurate.tasks.study.mlflow_records import StudyRun
@@ -62,27 +62,32 @@ def test_the_first_is_the_best_and_only_a_better_one_follows(
     study: StudyContext, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     registered: dict[str, str] = {}
+    reasons: list[str] = []
+
+    def register(run: StudyRun, name: str, key: str, reason: str) -> None:
+        registered[name] = key
+        reasons.append(reason)
+
     monkeypatch.setattr(champions, "champion", lambda uri, name: registered.get(name))
-    monkeypatch.setattr(
-        champions, "set_champion", lambda run, name, key, said: registered.update({name: key})
-    )
+    monkeypatch.setattr(champions, "set_champion", register)
     run = StudyRun("", "", "", study.study, frozenset(), {})
     tested = {
         f"{row.selector}-20-BC_MLP-0-0-0-unseen": row
         for row in network_rows(study.lake, study.study, "unseen")
     }
 
-    def crowned() -> str | None:
-        return crown(study, run, study.pools[0], "BC_MLP", "nightly-BC_MLP", tested)
+    monkeypatch.setattr(champions, "tested_at_unseen", lambda _: {(study.pools[0].pool, "BC_MLP"): tested})
 
-    said = crowned()
-    assert said == "champion nightly-BC_MLP is DBSCAN k=20 seed 0, the first: 100.0 % of 20 unseen tests"
-    assert crowned() is None
+    assert crown_networks(study, run) == ["first champions: nightly-BC_MLP"]
+    assert reasons == ["champion nightly-BC_MLP is DBSCAN k=20 seed 0, the first: 100.0 % of 20 unseen tests"]
+    assert crown_networks(study, run) == ["champions that stay: nightly-BC_MLP"]
     registered["nightly-BC_MLP"] = OLD
-    assert crowned() == (
+    moved = (
         "champion nightly-BC_MLP is now DBSCAN k=20 seed 0: 100.0 instead of 50.0 % of 20 unseen tests, "
         "p = 0.006 (paired)"
     )
+    assert crown_networks(study, run) == [moved]
+    assert reasons[1:] == [moved]
     assert registered == {"nightly-BC_MLP": "DBSCAN-20-BC_MLP-0-0-0-unseen"}
 
 
