@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,6 +28,15 @@ DIGITS = 9  # of a metre or rad that tell scenes apart
 def scene_names() -> list[str]:
     """Names of the scenes that come with the package, the family `clutter` by its first member."""
     return sorted([*(file.stem for file in SCENES_FOLDER.glob("*.yaml")), CLUTTER])
+
+
+def scenes_from_home(robot: Robot) -> list[Scene]:
+    """Scenes of the package that a robot starts in from its home, as far as it fits in."""
+    found = []
+    for file in sorted(SCENES_FOLDER.glob("*.yaml")):
+        with suppress(PlancurateError):
+            found.append(load_scene(file.stem, robot))
+    return [scene for scene in found if scene.start is None]
 
 
 def load_world(robot: str | Path, scene: str | Path) -> tuple[Robot, Scene]:

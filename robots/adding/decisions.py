@@ -18,7 +18,7 @@ from plancurate.robots.chain import serial_chain
 from plancurate.robots.loading import DEFAULT_SCENE, build_robot
 from plancurate.robots.robot import Robot
 from plancurate.robots.robot_file import JointEntry, RobotFile
-from plancurate.robots.scene_loading import load_scene
+from plancurate.robots.scene_loading import load_scene, scenes_from_home
 from plancurate.robots.urdf import read_urdf
 
 
@@ -97,7 +97,7 @@ def _home(read: Read, robot: Robot, findings: Findings) -> Sequence[float]:
     stated = read.srdf.home(robot.joint_names)
     if stated is not None and ((stated >= robot.lower) & (stated <= robot.upper)).all():
         return stated
-    found = choose_home(robot, load_scene(DEFAULT_SCENE))
+    found = choose_home(robot, load_scene(DEFAULT_SCENE), scenes_from_home(robot))
     if found is None:
         findings.problems.append(
             "no state without contacts was found; name one with --home, or shapes are too coarse: --shapes"

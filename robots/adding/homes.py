@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from plancurate import native
@@ -19,9 +21,13 @@ ELBOW = 0.15  # rad from a joint's limit
 DIGITS = 4
 
 
-def choose_home(robot: Robot, floor: Scene) -> FloatArray | None:
-    """Return a free state (n,) with the tool in front, or the best of those drawn; None if none is free."""
+def choose_home(robot: Robot, floor: Scene, scenes: Sequence[Scene]) -> FloatArray | None:
+    """Return a free state (n,) with the tool in front, or the best of those drawn; None if none is free.
+
+    Rather one that is free in these scenes too, in which the robot will start from home.
+    """
     middle, rng = _middle(robot), np.random.default_rng(0)
+    elsewhere = None
     for above in ABOVE:
         for ahead in AHEAD:
             place = robot.shoulder + robot.reach * np.array([ahead, 0.0, above])
@@ -29,9 +35,20 @@ def choose_home(robot: Robot, floor: Scene) -> FloatArray | None:
             starts = np.clip(starts, robot.lower, robot.upper)
             found = continue_ik(robot, floor, place, starts, axes=np.tile([0.0, 0.0, -1.0], (STARTS, 1)))
             found = found[_roomy(robot, floor, found)]
-            if len(found):
-                return _calmest(robot, found)
-    return _best_drawn(robot, floor)
+            everywhere = found[_free_in(robot, scenes, found)]
+            if len(everywhere):
+                return _calmest(robot, everywhere)
+            if len(found) and elsewhere is None:
+                elsewhere = _calmest(robot, found)
+    return _best_drawn(robot, floor) if elsewhere is None else elsewhere
+
+
+def _free_in(robot: Robot, scenes: Sequence[Scene], states: FloatArray) -> BoolArray:
+    """Which states (b,n) are free in all the scenes, as they are written."""
+    free = np.ones(len(states), dtype=bool)
+    for scene in scenes:
+        free &= native.is_free(robot.native, scene.native, np.round(states, DIGITS))
+    return free
 
 
 def _roomy(robot: Robot, floor: Scene, states: FloatArray) -> BoolArray:
