@@ -10,7 +10,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from unittest.mock import patch
-from warnings import warn
 
 from httpx import TransportError
 from prefect.client.orchestration import SyncPrefectClient
@@ -18,6 +17,8 @@ from prefect.client.schemas.objects import TERMINAL_STATES
 from prefect.events import Event
 from prefect.events.worker import EventsWorker
 from prefect.logging.handlers import APILogWorker
+
+from plancurate.flows.cli.console import console
 
 TIMEOUT_S = 60.0
 CHUNK = 200  # ids in one question
@@ -43,7 +44,8 @@ def everything_recorded(url: str) -> Iterator[None]:
             EventsWorker.drain_all()
             APILogWorker.drain_all()
             if missing := _wait_until_recorded(url, sorted(ended)):
-                warn(f"Prefect did not record {missing} task runs; the lake has their results", stacklevel=3)
+                said = f"Prefect did not record {missing} task runs; the lake has their results"
+                console.print(said, style="yellow", highlight=False, soft_wrap=True)
 
 
 def _wait_until_recorded(url: str, ids: list[str]) -> int:
