@@ -26,14 +26,14 @@ import numpy as np
 import torch
 
 from plancurate.errors import PlancurateError
+from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.targets import sample_targets
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.learning.policies import TrainedPolicy
-from plancurate.tasks.learning.reach import goal_solutions
 from plancurate.tasks.learning.rollouts import roll_out
 from plancurate.tasks.learning.test_targets import TargetsUnderTest, reachable_tests, unseen_tests
 from plancurate.tasks.learning.train import train
-from plancurate.tasks.learning.training_goals import FloatArray, chosen_goals
+from plancurate.tasks.motion.rollout import goals_of as goals_shown
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
 from plancurate.tasks.study.demonstrations import selected_demonstrations
@@ -119,7 +119,7 @@ def measure(wanted: tuple[str, str, int, Path]) -> Rate:
     data = demonstrations_of(study, pool, selector)
     trained = train("BC_MLP", [data] * seeds, range(seeds), study.config.training)
     tests = tests_of(scene, home)
-    goals = goals_of(trained, scene, label, home)
+    goals = goals_of(trained, pool, tests, study.config.evaluation.seed)
     tables = roll_out(
         trained, pool.robot, pool.scene, tests, study.config.evaluation, pool.settings.timing.dt, goals
     )
@@ -149,24 +149,16 @@ def tests_of(scene: str, home: Path) -> TargetsUnderTest:
     return reachable_tests(tests, pool.robot, pool.scene, pool.settings, seed)
 
 
-@cache
-def solutions_of(scene: str, label: str, home: Path) -> list[FloatArray]:
-    """Inverse-kinematics solutions of those targets within the tolerance of a pool: what its policies know."""
-    study, pool = opened(scene, label, home, {})
-    seed, settings = study.config.evaluation.seed, pool.settings.targets
-    return [
-        goal_solutions(pool.robot, pool.scene, position, settings, (seed, i))
-        for i, position in enumerate(tests_of(scene, home).position)
-    ]
-
-
-def goals_of(trained: Sequence[TrainedPolicy], scene: str, label: str, home: Path) -> FloatArray | None:
+def goals_of(
+    trained: Sequence[TrainedPolicy], pool: PoolContext, tests: TargetsUnderTest, seed: int
+) -> FloatArray | None:
     """Goal configurations (networks, tests, n), where the networks are shown any."""
-    shown = [network.goals for network in trained if network.goals is not None]
-    if not shown:
-        return None
-    positions, solutions = tests_of(scene, home).position, solutions_of(scene, label, home)
-    return np.stack([chosen_goals(goals, positions, solutions) for goals in shown])
+    goals = [
+        goals_shown(policy, pool.robot, pool.scene, tests.position, pool.settings.targets, seed)
+        for policy in trained
+    ]
+    shown = [one for one in goals if one is not None]
+    return np.stack(shown) if shown else None
 
 
 def counted(scene: str, row: str, tests: TargetsUnderTest, tables: Sequence[Any]) -> Rate:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -85,8 +84,11 @@ def goals_of(
     """Joint angles (t, n) to end at, by what the policy was shown; None for one that observes none."""
     if policy.goals is None:
         return None
-    solutions: Sequence[FloatArray] = [
-        goal_solutions(robot, scene, position, targets, (seed, number))
-        for number, position in enumerate(positions)
-    ]
-    return chosen_goals(policy.goals, positions, solutions)
+    return chosen_goals(
+        policy.goals,
+        robot,
+        scene,
+        positions,
+        targets,
+        lambda number: goal_solutions(robot, scene, positions[number], targets, (seed, number)),
+    )

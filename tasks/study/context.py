@@ -18,8 +18,8 @@ from plancurate.tasks.candidates.targets import require_free_home
 from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
-from plancurate.tasks.learning import corrections, rollouts, train
-from plancurate.tasks.learning.observations import find_term
+from plancurate.tasks.learning import corrections, rollouts, train, training_goals
+from plancurate.tasks.learning.observations import find_term, goal_terms
 from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.motion import verify
 from plancurate.tasks.study.config import StudyConfig
@@ -102,7 +102,8 @@ class StudyContext:
             "observation": [find_term(name).revision for name in config.training.observation],
             "stages": [path_classes.REVISION, train.REVISION, rollouts.REVISION]
             + [corrections.REVISION] * corrected
-            + [verify.REVISION] * verified,
+            + [verify.REVISION] * verified
+            + [training_goals.REVISION] * bool(goal_terms(config.training.observation)),
         }
         return digest(content, 8)
 

@@ -11,7 +11,8 @@ import torch
 
 from plancurate.tasks.candidates.target_table import stored_targets
 from plancurate.tasks.candidates.targets import sample_targets
-from plancurate.tasks.learning import rollouts
+from plancurate.tasks.learning import rollouts, training_goals
+from plancurate.tasks.learning.observations import goal_terms
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.reach import goal_solutions
 from plancurate.tasks.learning.test_targets import (
@@ -37,43 +38,43 @@ def study_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
     return reachable_tests(tests, pool.robot, pool.scene, pool.settings, study.config.evaluation.seed)
 
 
-@lru_cache(maxsize=8)
-def goals_of_tests(study: StudyContext, pool: PoolContext) -> list[FloatArray]:
-    """Return free inverse-kinematics solutions (k, n) of each of a pool's tests, the same for all networks."""
-    tests = study_tests(study, pool)
-    return [
-        solutions_of_test(study, pool, position, int(number))
-        for position, number in zip(tests.position, tests.test_id, strict=True)
-    ]
-
-
+@lru_cache(maxsize=100_000)
 def solutions_of_test(
-    study: StudyContext, pool: PoolContext, position: FloatArray, test_id: int
+    study: StudyContext, pool: PoolContext, position: tuple[float, float, float], test_id: int
 ) -> FloatArray:
-    """Return free inverse-kinematics solutions (k, n) of a test at a position (3,), m."""
+    """Return free inverse-kinematics solutions (k, n) of a test at a position, m, the same for all networks."""
     seed = (study.config.evaluation.seed, test_id)
-    return goal_solutions(pool.robot, pool.scene, position, pool.settings.targets, seed)
+    return goal_solutions(pool.robot, pool.scene, np.array(position), pool.settings.targets, seed)
 
 
-def goals_of_test(
-    study: StudyContext, pool: PoolContext, trained: TrainedPolicy, position: FloatArray, test_id: int
+def goals_at(
+    study: StudyContext,
+    pool: PoolContext,
+    trained: TrainedPolicy,
+    positions: FloatArray,
+    test_ids: Sequence[int],
 ) -> FloatArray | None:
-    """Return the goal configuration (1, n) that a network was tested with; None where no term needs any."""
+    """Return the goals (t, n) that a network is shown at tests at positions (t, 3), m; None where no term needs any."""
     if trained.goals is None:
         return None
-    solutions = solutions_of_test(study, pool, position, test_id)
-    return chosen_goals(trained.goals, position[None], [solutions])
+    return chosen_goals(
+        trained.goals,
+        pool.robot,
+        pool.scene,
+        positions,
+        pool.settings.targets,
+        lambda i: solutions_of_test(study, pool, tuple(positions[i]), test_ids[i]),
+    )
 
 
 def network_goals(
     study: StudyContext, pool: PoolContext, trained: Sequence[TrainedPolicy]
 ) -> FloatArray | None:
     """Return goal configurations (networks, tests, n) by what each network was shown; None where no term needs any."""
-    shown = [policy.goals for policy in trained if policy.goals is not None]
-    if not shown:
-        return None
-    positions, solutions = study_tests(study, pool).position, goals_of_tests(study, pool)
-    return np.stack([chosen_goals(training, positions, solutions) for training in shown])
+    tests = study_tests(study, pool)
+    goals = [goals_at(study, pool, policy, tests.position, tests.test_id.tolist()) for policy in trained]
+    shown = [one for one in goals if one is not None]
+    return np.stack(shown) if shown else None
 
 
 def drawn_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
@@ -94,6 +95,8 @@ def evaluation_id(study: StudyContext, network: Network) -> str:
     config = study.config
     settings = config.evaluation.model_dump(mode="json", exclude={"device"})
     content = [network.selection.pool, config.n_targets, config.unseen, settings, rollouts.REVISION]
+    if goal_terms(config.training.observation):
+        content.append(training_goals.REVISION)
     return f"{network.network_id}-{digest(content, 8)}"
 
 

@@ -31,6 +31,7 @@ from plancurate.tasks.learning.training_goals import (
     expected_goals,
     training_goals,
 )
+from plancurate.tasks.motion.rollout import goals_of
 
 SCENE = load_scene("free")
 TERMS = ("target_offset", "joint_positions", "goal_offset")
@@ -86,13 +87,29 @@ def test_a_position_at_a_training_target_takes_its_goal() -> None:
     assert expected_at(0.1, (0.1, [0.3]), (0.9, [0.9])) == pytest.approx([0.3], abs=1e-3)
 
 
-def test_the_solution_nearest_to_the_expected_goal_is_chosen_and_without_any_the_expected_one() -> None:
-    shown = along_x((0.0, [0.0, 0.0]), (1.0, [0.5, 0.5]))
-    positions = np.array([[0.0, 0, 0], [1.0, 0, 0], [0.0, 0, 0]])
-    solutions = [np.array([[2.0, 0], [-0.1, 0.1]]), np.array([[0.5, 0.4], [0.0, 0.0]]), np.empty((0, 2))]
-    found = chosen_goals(shown, positions, solutions)
-    np.testing.assert_array_equal(found[:2], [[-0.1, 0.1], [0.5, 0.4]])
-    np.testing.assert_allclose(found[2], [0, 0], atol=1e-3)
+def unasked(number: int) -> np.ndarray:
+    raise AssertionError(f"solutions of position {number} are not needed")
+
+
+def test_a_goal_continues_what_is_expected_so_that_near_positions_have_near_goals(robot: Robot) -> None:
+    settings = TargetSettings(orientation="cone")
+    here = native.fk(robot.native, robot.home[None])[0, :3, 3]
+    shown = TrainingGoals(here[None], robot.home[None])
+    positions = here + np.linspace(0, 0.1, 6)[:, None] * [0.0, 1.0, 0.0]
+    goals = chosen_goals(shown, robot, SCENE, positions, settings, unasked)
+    np.testing.assert_allclose(native.fk(robot.native, goals)[:, :3, 3], positions, atol=1e-6)
+    np.testing.assert_allclose(goals[0], robot.home, atol=1e-6)
+    assert np.linalg.norm(np.diff(goals, axis=0), axis=1).max() < 0.1
+
+
+def test_where_nothing_can_be_continued_the_nearest_solution_is_chosen_or_what_is_expected(
+    robot: Robot,
+) -> None:
+    far = np.array([[9.0, 0, 0], [9.0, 0, 0]])
+    shown = TrainingGoals(far[:1], robot.home[None])
+    solutions = [np.stack([robot.home + 2.0, robot.home - 0.1]), np.empty((0, 6))]
+    found = chosen_goals(shown, robot, SCENE, far, TargetSettings(), lambda number: solutions[number])
+    np.testing.assert_array_equal(found, [robot.home - 0.1, robot.home])
 
 
 @pytest.mark.parametrize("orientation", ["exact", "yaw_free", "cone", "any"])
@@ -136,15 +153,15 @@ def test_a_policy_that_knows_its_goal_is_not_torn_between_two(robot: Robot, tmp_
     knowing.save(tmp_path / "policy")
     served = load_policy(tmp_path / "policy")
     assert served.goals is not None
-    solutions = [goal_solutions(robot, SCENE, p, settings, (9, k)) for k, p in enumerate(tests.position)]
-    goals = chosen_goals(served.goals, tests.position, solutions)[None]
+    goals = goals_of(served, robot, SCENE, tests.position, settings, 9)
+    assert goals is not None
 
     def rate(policy: TrainedPolicy, goals: np.ndarray | None) -> float:
         trials = roll_out([policy], robot, SCENE, tests, EvaluateSettings(), DT, goals)[0]
         return float(np.mean(trials["success"].to_numpy(zero_copy_only=False)))
 
     assert rate(without, None) < 0.3
-    assert rate(served, goals) > 0.7
+    assert rate(served, goals[None]) > 0.7
 
 
 def test_each_policy_goes_to_its_own_goal(robot: Robot) -> None:
