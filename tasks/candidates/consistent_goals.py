@@ -12,19 +12,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from plancurate.robots import continue_ik
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
-from plancurate.tasks.candidates.continued_goals import continued_goals, suggested_goals
-from plancurate.tasks.candidates.goals import planning_scene, tool_draws, tool_rotation
+from plancurate.tasks.candidates.continued_goals import agreeing_goals, suggested_goals
+from plancurate.tasks.candidates.goals import planning_scene
 from plancurate.tasks.candidates.settings import GenerateSettings, TargetSettings
 from plancurate.tasks.candidates.targets import Target, sample_targets
 
 REVISION = 2  # raise when targets' goals come out otherwise: the ids of pools with goals=consistent hold it
-STARTS = 64  # of inverse kinematics around a reference, where it can't be continued as it is
-SPREAD = 0.5  # rad (m) of each joint around it, for the farthest of these
-STREAM = 2  # the target's generator for these; its position and its own goals come from others
+STREAM = (
+    2  # the target's generator for goals around a suggestion; its position and its own goals come from others
+)
 
 
 def draw_targets(
@@ -54,13 +53,13 @@ def draw_targets(
 def consistent_goal(
     robot: Robot, scene: Scene, target: Target, known: Sequence[Target], settings: TargetSettings
 ) -> FloatArray:
-    """The goal (n,) of a target that continues those of the known ones around it; else the solution nearest to them."""
-    reference = neighbours_goal(robot, target.position, known)
-    goals, found = continued_goals(robot, scene, target.position[None], reference[None], settings)
-    if found[0]:
-        return goals[0]
-    goals = np.concatenate([around(robot, scene, target, reference, settings), target.goals])
-    return np.asarray(goals[np.linalg.norm(goals - reference, axis=1).argmin()])
+    """The goal (n,) of a target that agrees best with those of the known ones around it."""
+    suggested = neighbours_goal(robot, target.position, known)[None]
+    seed = (settings.seed, target.target_id, STREAM)
+    goals = agreeing_goals(
+        robot, scene, target.position[None], suggested, settings, [seed], lambda _: target.goals
+    )
+    return goals[0]
 
 
 def neighbours_goal(robot: Robot, position: FloatArray, known: Sequence[Target]) -> FloatArray:
@@ -69,14 +68,3 @@ def neighbours_goal(robot: Robot, position: FloatArray, known: Sequence[Target])
         return robot.home
     places, goals = np.stack([k.position for k in known]), np.stack([k.goals[0] for k in known])
     return suggested_goals(places, goals, position[None])[0]
-
-
-def around(
-    robot: Robot, scene: Scene, target: Target, reference: FloatArray, settings: TargetSettings
-) -> FloatArray:
-    """Free goals (k, n) of a target within its tolerance that starts nearer and farther around `reference` lead to."""
-    rng = np.random.default_rng((settings.seed, target.target_id, STREAM))
-    spread = SPREAD * np.linspace(0, 1, STARTS)[:, None]
-    starts = np.clip(reference + spread * rng.uniform(-1, 1, (STARTS, robot.dof)), robot.lower, robot.upper)
-    held = tool_draws(tool_rotation(robot, scene), settings, rng, STARTS)
-    return continue_ik(robot, scene, target.position, starts, **held)

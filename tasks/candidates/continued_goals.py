@@ -7,15 +7,18 @@ which no choice among drawn solutions does.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 from scipy.spatial import KDTree
 
 from plancurate import native
+from plancurate.robots import continue_ik
 from plancurate.robots.damped_newton import newton
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import BoolArray, FloatArray
-from plancurate.tasks.candidates.goals import tool_rotation
+from plancurate.tasks.candidates.goals import tool_draws, tool_rotation
 from plancurate.tasks.candidates.path_classes import GOAL_RADIUS
 from plancurate.tasks.candidates.settings import TargetSettings
 
@@ -23,6 +26,10 @@ NEIGHBOURS = 3
 """Known targets around a position that have a say in its goal."""
 NEAR_M = 1e-3
 """Distance within which a known target counts as the position itself, m."""
+STARTS = 64
+"""Of inverse kinematics around a suggested goal that can't be continued as it is."""
+SPREAD = 0.5
+"""Of each joint around it for the farthest of these, rad (m)."""
 INSIDE_DEG = 0.5
 """A tool that would leave the cone is held so far inside its edge, degrees: the next goal continues from it."""
 
@@ -42,6 +49,47 @@ def suggested_goals(known: FloatArray, goals: FloatArray, positions: FloatArray)
     lead = (agree @ weights[:, :, None])[:, :, 0].argmax(axis=1)
     weights = weights * agree[np.arange(len(positions)), lead]
     return np.asarray(np.einsum("tk,tkn->tn", weights, near) / weights.sum(axis=1, keepdims=True))
+
+
+def agreeing_goals(
+    robot: Robot,
+    scene: Scene,
+    positions: FloatArray,
+    suggested: FloatArray,
+    settings: TargetSettings,
+    seeds: Sequence[tuple[int, ...]],
+    others: Callable[[int], FloatArray],
+) -> FloatArray:
+    """The goals (t, n) of tool positions (t, 3), m, that agree best with the suggested ones (t, n).
+
+    Each continues the suggestion. Where that ends nowhere or in a collision, it is the free goal nearest to the
+    suggestion among those that random starts around it lead to and the goals `others(i)` (k, n) of position i; the
+    suggestion itself where there is none. `seeds` has one seed a position.
+    """
+    goals, found = continued_goals(robot, scene, positions, suggested, settings)
+    for i in np.flatnonzero(~found):
+        near = nearby_goals(
+            robot, scene, positions[i], suggested[i], settings, np.random.default_rng(seeds[i])
+        )
+        known = np.concatenate([near, others(int(i))])
+        away = np.linalg.norm(known - suggested[i], axis=1)
+        goals[i] = known[away.argmin()] if len(known) else suggested[i]
+    return goals
+
+
+def nearby_goals(
+    robot: Robot,
+    scene: Scene,
+    position: FloatArray,
+    suggested: FloatArray,
+    settings: TargetSettings,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Free goals (k, n) of a position (3,), m, that starts nearer and farther around a suggested one (n,) lead to."""
+    spread = SPREAD * np.linspace(0, 1, STARTS)[:, None] * rng.uniform(-1, 1, (STARTS, robot.dof))
+    starts = np.clip(suggested + spread, robot.lower, robot.upper)
+    held = tool_draws(tool_rotation(robot, scene), settings, rng, STARTS)
+    return continue_ik(robot, scene, position, starts, **held)
 
 
 def continued_goals(

@@ -7,7 +7,7 @@ demonstrations to the training targets around it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,12 +15,15 @@ import numpy.typing as npt
 
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
-from plancurate.tasks.candidates.continued_goals import continued_goals, suggested_goals
+from plancurate.tasks.candidates.continued_goals import agreeing_goals, suggested_goals
 from plancurate.tasks.candidates.settings import TargetSettings
+from plancurate.tasks.learning.reach import goal_solutions
 
 FloatArray = npt.NDArray[np.float64]
 REVISION = 1
 """Raise it when tests are shown other goals than before: the ids of evaluations that have any hold it."""
+NEAR_STREAM = 2
+"""The position's generator that searches around an expected goal; `goal_solutions` draws from another."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,22 +63,20 @@ def chosen_goals(
     scene: Scene,
     positions: FloatArray,
     settings: TargetSettings,
-    solutions: Callable[[int], FloatArray],
+    seeds: Sequence[tuple[int, ...]],
 ) -> FloatArray:
-    """Goal configurations (t, n) of positions (t, 3), m: inverse kinematics continued from what is expected there.
+    """Goal configurations (t, n) of positions (t, 3), m: those that agree best with what is expected there.
 
-    Where that ends nowhere or in a collision, it is the one of `solutions(i)` (k, n), free goals of position i, that
-    is nearest to the expected goal; the expected one itself where there is no solution.
+    Inverse kinematics continues from the expected goal; where that ends nowhere or in a collision, it searches around
+    it and everywhere, by the seed of the position; the expected goal itself stands where there is no free one.
     """
     expected = expected_goals(training, positions)
-    goals, found = continued_goals(robot, scene, positions, expected, settings)
-    for number in np.flatnonzero(~found):
-        goals[number] = nearest_to(expected[number], solutions(int(number)))
-    return goals
-
-
-def nearest_to(goal: FloatArray, solutions: FloatArray) -> FloatArray:
-    """The solution (k, n) nearest to a goal (n,); the goal itself without any."""
-    if not len(solutions):
-        return goal
-    return np.asarray(solutions[np.linalg.norm(solutions - goal, axis=1).argmin()])
+    return agreeing_goals(
+        robot,
+        scene,
+        positions,
+        expected,
+        settings,
+        [(*seed, NEAR_STREAM) for seed in seeds],
+        lambda i: goal_solutions(robot, scene, positions[i], settings, seeds[i]),
+    )

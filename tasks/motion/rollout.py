@@ -11,7 +11,6 @@ from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.settings import TargetSettings
 from plancurate.tasks.learning.failures import COLLIDED, LIMITS
 from plancurate.tasks.learning.policies import TrainedPolicy
-from plancurate.tasks.learning.reach import goal_solutions
 from plancurate.tasks.learning.rollouts import Trials, moves
 from plancurate.tasks.learning.settings import EvaluateSettings
 from plancurate.tasks.learning.training_goals import chosen_goals
@@ -90,5 +89,5 @@ def goals_of(
         scene,
         positions,
         targets,
-        lambda number: goal_solutions(robot, scene, positions[number], targets, (seed, number)),
+        [(seed, number) for number in range(len(positions))],
     )

@@ -14,7 +14,6 @@ from plancurate.tasks.candidates.targets import sample_targets
 from plancurate.tasks.learning import rollouts, training_goals
 from plancurate.tasks.learning.observations import goal_terms
 from plancurate.tasks.learning.policies import TrainedPolicy
-from plancurate.tasks.learning.reach import goal_solutions
 from plancurate.tasks.learning.test_targets import (
     TargetsUnderTest,
     displaced_tests,
@@ -38,15 +37,6 @@ def study_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
     return reachable_tests(tests, pool.robot, pool.scene, pool.settings, study.config.evaluation.seed)
 
 
-@lru_cache(maxsize=100_000)
-def solutions_of_test(
-    study: StudyContext, pool: PoolContext, position: tuple[float, float, float], test_id: int
-) -> FloatArray:
-    """Return free inverse-kinematics solutions (k, n) of a test at a position, m, the same for all networks."""
-    seed = (study.config.evaluation.seed, test_id)
-    return goal_solutions(pool.robot, pool.scene, np.array(position), pool.settings.targets, seed)
-
-
 def goals_at(
     study: StudyContext,
     pool: PoolContext,
@@ -63,7 +53,7 @@ def goals_at(
         pool.scene,
         positions,
         pool.settings.targets,
-        lambda i: solutions_of_test(study, pool, tuple(positions[i]), test_ids[i]),
+        [(study.config.evaluation.seed, test_id) for test_id in test_ids],
     )
 
 

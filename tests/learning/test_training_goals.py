@@ -13,6 +13,7 @@ from safetensors.torch import load_file, save_file
 from plancurate import native
 from plancurate.errors import PlancurateError
 from plancurate.robots import Robot, load_robot, load_scene
+from plancurate.tasks.candidates.continued_goals import continued_goals
 from plancurate.tasks.candidates.goals import tool_rotation
 from plancurate.tasks.candidates.settings import TargetSettings
 from plancurate.tasks.candidates.targets import Target, sample_targets
@@ -87,29 +88,36 @@ def test_a_position_at_a_training_target_takes_its_goal() -> None:
     assert expected_at(0.1, (0.1, [0.3]), (0.9, [0.9])) == pytest.approx([0.3], abs=1e-3)
 
 
-def unasked(number: int) -> np.ndarray:
-    raise AssertionError(f"solutions of position {number} are not needed")
-
-
 def test_a_goal_continues_what_is_expected_so_that_near_positions_have_near_goals(robot: Robot) -> None:
     settings = TargetSettings(orientation="cone")
     here = native.fk(robot.native, robot.home[None])[0, :3, 3]
     shown = TrainingGoals(here[None], robot.home[None])
     positions = here + np.linspace(0, 0.1, 6)[:, None] * [0.0, 1.0, 0.0]
-    goals = chosen_goals(shown, robot, SCENE, positions, settings, unasked)
+    goals = chosen_goals(shown, robot, SCENE, positions, settings, [(0, k) for k in range(6)])
     np.testing.assert_allclose(native.fk(robot.native, goals)[:, :3, 3], positions, atol=1e-6)
     np.testing.assert_allclose(goals[0], robot.home, atol=1e-6)
     assert np.linalg.norm(np.diff(goals, axis=0), axis=1).max() < 0.1
 
 
-def test_where_nothing_can_be_continued_the_nearest_solution_is_chosen_or_what_is_expected(
+def test_where_the_continued_goal_collides_one_near_it_is_chosen_and_out_of_reach_what_is_expected(
     robot: Robot,
 ) -> None:
-    far = np.array([[9.0, 0, 0], [9.0, 0, 0]])
-    shown = TrainingGoals(far[:1], robot.home[None])
-    solutions = [np.stack([robot.home + 2.0, robot.home - 0.1]), np.empty((0, 6))]
-    found = chosen_goals(shown, robot, SCENE, far, TargetSettings(), lambda number: solutions[number])
-    np.testing.assert_array_equal(found, [robot.home - 0.1, robot.home])
+    table, settings = load_scene("table"), TargetSettings(orientation="cone")
+    targets = sample_targets(robot, table, settings, 0, 60)
+    positions = np.array([target.position for target in targets])
+    shown = TrainingGoals(positions[:1], targets[0].goals[:1])
+    seeds = [(5, k) for k in range(len(targets))]
+    expected = expected_goals(shown, positions)
+    _, continued = continued_goals(robot, table, positions, expected, settings)
+    goals = chosen_goals(shown, robot, table, positions, settings, seeds)
+    assert 0 < continued.mean() < 1
+    assert native.is_free(robot.native, table.native, goals).mean() > 0.9
+    tool = native.fk(robot.native, goals)[:, :3, 3]
+    np.testing.assert_allclose(tool[continued], positions[continued], atol=1e-6)
+    far = np.array([[9.0, 0, 0]])
+    np.testing.assert_array_equal(
+        chosen_goals(shown, robot, table, far, settings, [(5, 0)]), targets[0].goals[:1]
+    )
 
 
 @pytest.mark.parametrize("orientation", ["exact", "yaw_free", "cone", "any"])
