@@ -59,7 +59,7 @@ def consistent_goal(
     goals = agreeing_goals(
         robot, scene, target.position[None], suggested, settings, [seed], lambda _: target.goals
     )
-    return goals[0]
+    return np.asarray(goals[0])
 
 
 def neighbours_goal(robot: Robot, position: FloatArray, known: Sequence[Target]) -> FloatArray:
@@ -67,4 +67,4 @@ def neighbours_goal(robot: Robot, position: FloatArray, known: Sequence[Target])
     if not known:
         return robot.home
     places, goals = np.stack([k.position for k in known]), np.stack([k.goals[0] for k in known])
-    return suggested_goals(places, goals, position[None])[0]
+    return np.asarray(suggested_goals(places, goals, position[None])[0])

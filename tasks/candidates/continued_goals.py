@@ -67,11 +67,11 @@ def agreeing_goals(
     suggestion itself where there is none. `seeds` has one seed a position.
     """
     goals, found = continued_goals(robot, scene, positions, suggested, settings)
-    for i in np.flatnonzero(~found):
+    for i in np.flatnonzero(~found).tolist():
         near = nearby_goals(
             robot, scene, positions[i], suggested[i], settings, np.random.default_rng(seeds[i])
         )
-        known = np.concatenate([near, others(int(i))])
+        known = np.concatenate([near, others(i)])
         away = np.linalg.norm(known - suggested[i], axis=1)
         goals[i] = known[away.argmin()] if len(known) else suggested[i]
     return goals

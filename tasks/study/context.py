@@ -90,9 +90,12 @@ class StudyContext:
         config = self.config
         corrected, verified = config.corrections.rounds > 0, config.verified_tests > 0
         # What a study does without is not in its key, so that studies from before it was there keep theirs.
-        absent = {
-            name for name, there in (("corrections", corrected), ("verified_tests", verified)) if not there
+        optional = {
+            "corrections": corrected,
+            "verified_tests": verified,
+            "displaced_targets": config.displaced_targets is not None,
         }
+        absent = {name for name, there in optional.items() if not there}
         content = {
             "pools": [[pool.label, pool.pool] for pool in self.pools],
             "config": config.model_dump(mode="json", exclude=_NOT_IN_KEY | absent),

@@ -71,7 +71,7 @@ def drawn_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
     """Return all tests that a study draws for a pool, whether or not they can be reached."""
     config = study.config
     targets = stored_targets(study.lake, pool.partition)[: config.n_targets]
-    displaced = displaced_tests(targets, config.evaluation.seed)
+    displaced = displaced_tests(targets[: config.displaced_targets], config.evaluation.seed)
     if not config.unseen:
         return displaced
     seed = config.evaluation.seed + UNSEEN_SEED_OFFSET
@@ -84,9 +84,17 @@ def evaluation_id(study: StudyContext, network: Network) -> str:
     """Name an evaluation by the network and everything that its tests and rollouts depend on."""
     config = study.config
     settings = config.evaluation.model_dump(mode="json", exclude={"device"})
-    content = [network.selection.pool, config.n_targets, config.unseen, settings, rollouts.REVISION]
+    content: list[object] = [
+        network.selection.pool,
+        config.n_targets,
+        config.unseen,
+        settings,
+        rollouts.REVISION,
+    ]
     if goal_terms(config.training.observation):
         content.append(training_goals.REVISION)
+    if config.displaced_targets is not None:
+        content.append({"displaced_targets": config.displaced_targets})
     return f"{network.network_id}-{digest(content, 8)}"
 
 
