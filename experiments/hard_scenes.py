@@ -1,10 +1,11 @@
 """What it takes to reach targets among obstacles: each ingredient left out in turn, on development targets alone.
 
-    python experiments/hard_scenes.py [--home data/hard_scenes] [--seeds 2] [--json rates.json]
+    python experiments/hard_scenes.py [--home data/hard_scenes] [--seeds 2] [--json rates.json] [--pictures FOLDER]
 
-Plans in four scenes with the ingredients (orientation tolerance, clearance while planning) and without each, trains
-BC_MLP on each selection with and without arc steps and the goal term, and rolls out on unseen targets of the same
-seed: in all, and on the hard ones, whose straight joint line is not free.
+Plans in four scenes with the ingredients (orientation tolerance, clearance while planning, goals that continue each
+other's) and without each, trains BC_MLP on selections with and without arc steps, the goal term and corrections, and
+rolls out on unseen targets of the same seed: in all, and on the hard ones, whose straight joint line is not free.
+A picture shows a rollout that fails without an ingredient beside the one that succeeds with it.
 """
 
 from __future__ import annotations
@@ -14,65 +15,96 @@ import json
 import subprocess
 import sys
 import warnings
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
 import torch
 
 from plancurate.errors import PlancurateError
+from plancurate.robots.shapes import BoolArray, FloatArray
 from plancurate.tasks.candidates.targets import sample_targets
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.learning.failures import COLLIDED
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.reach import goal_solutions
 from plancurate.tasks.learning.rollouts import roll_out
 from plancurate.tasks.learning.test_targets import TargetsUnderTest, reachable_tests, unseen_tests
-from plancurate.tasks.learning.train import train
-from plancurate.tasks.learning.training_goals import FloatArray, chosen_goals
+from plancurate.tasks.learning.training_goals import expected_goals
+from plancurate.tasks.motion.rollout import goals_of
+from plancurate.tasks.pictures.files import write_shots
+from plancurate.tasks.pictures.rollout_shots import rollout_run
+from plancurate.tasks.pictures.shot import Shot
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
-from plancurate.tasks.study.demonstrations import selected_demonstrations
+from plancurate.tasks.study.corrections import make_corrections, missing_corrections
+from plancurate.tasks.study.networks import is_trained, load_network, train_networks, wanted_networks
 from plancurate.tasks.study.selections import study_selections
 
 CONFIG = Path(__file__).with_name("hard_scenes.yaml")
-OURS, NO_GOAL = "ModeConsistent", ["target_offset", "joint_positions"]
-# Ingredients: pool, selector, settings of training. Each row but the first changes one or two of them.
-ROWS: dict[str, tuple[str, str, dict[str, Any]]] = {
-    "everything": ("all", OURS, {}),
-    "no orientation tolerance": ("exact", OURS, {}),
-    "no clearance": ("close", OURS, {}),
-    "global ranking instead of ways": ("all", "RuleBased_General", {}),
-    "KMeans_Hybrid instead of ways": ("all", "KMeans_Hybrid", {}),
-    "random instead of ways": ("all", "Random", {}),
-    "ways, no target left out": ("all", f"{OURS}(leave_out=0.0)", {}),
-    "consistent goals": ("consistent", OURS, {}),
-    "consistent goals, no target left out": ("consistent", f"{OURS}(leave_out=0.0)", {}),
-    "consistent goals, global ranking": ("consistent", "RuleBased_General", {}),
-    "consistent goals, random": ("consistent", "Random", {}),
-    "time steps": ("all", OURS, {"demonstration_steps": "time"}),
-    "no goal term": ("all", OURS, {"observation": NO_GOAL}),
-    "no goal term, global ranking": ("all", "RuleBased_General", {"observation": NO_GOAL}),
-    "no goal term, KMeans_Hybrid": ("all", "KMeans_Hybrid", {"observation": NO_GOAL}),
-    "no goal term, random": ("all", "Random", {"observation": NO_GOAL}),
+OURS, EVERYTHING = "ModeConsistent", "everything"
+NO_GOAL = {"observation": ["target_offset", "joint_positions"]}
+DRAWS = 2000  # of the tests, for an interval
+SIZE = (360, 300)  # of a picture's halves, pixels
+
+
+@dataclass(frozen=True)
+class Row:
+    """A study in one scene that differs in one thing, or in two, from the one with everything."""
+
+    selector: str = OURS
+    pool: str = "all"
+    training: dict[str, Any] = field(default_factory=dict)
+    targets: int | None = None
+    rounds: int = 0
+    """Of corrections."""
+    drawn_goals: bool = False
+    """Whether the goal of a test is the nearest of drawn solutions, instead of continued from its neighbours'."""
+
+
+ROWS = {
+    EVERYTHING: Row(),
+    "ways, no target left out": Row(f"{OURS}(leave_out=0.0)"),
+    "global ranking": Row("RuleBased_General"),
+    "KMeans_Hybrid": Row("KMeans_Hybrid"),
+    "random": Row("Random"),
+    "all candidates": Row("General"),
+    "no orientation tolerance": Row(pool="exact"),
+    "no clearance": Row(pool="close"),
+    "drawn goals in planning": Row(pool="drawn"),
+    "drawn goals at tests": Row(drawn_goals=True),
+    "drawn goals in both": Row(pool="drawn", drawn_goals=True),
+    "time steps": Row(training={"demonstration_steps": "time"}),
+    "no goal term": Row(training=NO_GOAL),
+    "no goal term, global ranking": Row("RuleBased_General", training=NO_GOAL),
+    "no goal term, KMeans_Hybrid": Row("KMeans_Hybrid", training=NO_GOAL),
+    "no goal term, random": Row("Random", training=NO_GOAL),
+    "128 targets": Row(targets=128),
+    "one round of corrections": Row(rounds=1),
+    "two rounds of corrections": Row(rounds=2),
 }
 
 
 @dataclass(frozen=True)
 class Rate:
-    """Counts over `n` unseen targets and training seeds; `hard` ones are those whose straight line is not free."""
+    """Shares of `n` unseen targets, means over training seeds, in percent, with 95 % intervals over drawn targets."""
 
     scene: str
     row: str
     n: int
-    successes: int
-    settled: int
+    success: tuple[float, float, float]
+    settled: tuple[float, float, float]
     hard_n: int
-    hard_successes: int
+    hard_success: tuple[float, float, float]
+    """On those whose straight line is not free."""
     failures: dict[str, int]
 
 
@@ -86,6 +118,7 @@ def main() -> None:
     parser.add_argument("--scenes", nargs="*", default=load_config("smoke", CONFIG, {}).scenes)
     parser.add_argument("--rows", nargs="*", default=list(ROWS), help="only these rows")
     parser.add_argument("--json", type=Path)
+    parser.add_argument("--pictures", type=Path, help="folder for a picture of each row in each scene")
     asked = parser.parse_args()
     command = [sys.executable, "-m", "plancurate.flows.cli.app", "generate"]
     options = ["--config", CONFIG, "--home", asked.home, "--scenes", *asked.scenes]
@@ -98,15 +131,24 @@ def main() -> None:
             rates.append(rate)
     if asked.json:
         asked.json.write_text(json.dumps([asdict(rate) for rate in rates], indent=1) + "\n", encoding="utf-8")
+    if asked.pictures:
+        asked.pictures.mkdir(parents=True, exist_ok=True)
+        for scene, row, _, home in wanted:
+            if row != EVERYTHING:
+                draw(scene, row, home, asked.pictures)
 
 
 def line(rate: Rate) -> str:
     """A rate for a person."""
-    hard = 100 * rate.hard_successes / rate.hard_n if rate.hard_n else float("nan")
-    shares = (
-        f"{100 * rate.successes / rate.n:5.1f} settled {100 * rate.settled / rate.n:5.1f} hard {hard:5.1f}"
+    shares = "  ".join(
+        f"{name} {mean:5.1f} ({low:.0f} to {high:.0f})"
+        for name, (mean, low, high) in (
+            ("success", rate.success),
+            ("settled", rate.settled),
+            ("hard", rate.hard_success),
+        )
     )
-    return f"{rate.scene:9} {rate.row:32} {shares}  n {rate.n} hard {rate.hard_n}  {rate.failures}"
+    return f"{rate.scene:9} {rate.row:30} {shares}  n {rate.n} hard {rate.hard_n}  {rate.failures}"
 
 
 def measure(wanted: tuple[str, str, int, Path]) -> Rate:
@@ -114,71 +156,145 @@ def measure(wanted: tuple[str, str, int, Path]) -> Rate:
     scene, row, seeds, home = wanted
     warnings.simplefilter("ignore")
     torch.set_num_threads(1)
-    label, selector, training = ROWS[row]
-    study, pool = opened(scene, label, home, training)
-    data = demonstrations_of(study, pool, selector)
-    trained = train("BC_MLP", [data] * seeds, range(seeds), study.config.training)
+    study, pool = opened(scene, row, home, seeds)
     tests = tests_of(scene, home)
-    goals = goals_of(trained, scene, label, home)
-    tables = roll_out(
-        trained, pool.robot, pool.scene, tests, study.config.evaluation, pool.settings.timing.dt, goals
+    tables = rolled_out(study, pool, row, networks_of(study, pool, row), tests)
+    success, settled = (
+        np.array([table[name].to_pylist() for table in tables]) for name in ("success", "settled")
     )
-    return counted(scene, row, tests, tables)
+    assert tests.hard is not None
+    failures = Counter(reason for table in tables for reason in table["failure"].to_pylist() if reason)
+    return Rate(
+        scene, row, len(tests), interval(success), interval(settled), int(tests.hard.sum()),
+        interval(success[:, tests.hard]), dict(sorted(failures.items())),
+    )  # fmt: skip
 
 
-def demonstrations_of(study: StudyContext, pool: PoolContext, selector: str) -> Any:
-    """What a selector keeps of a pool."""
-    wanted = [s for s in study_selections(study) if (s.pool, s.choice.label) == (pool.pool, selector)]
-    return selected_demonstrations(study, wanted[0])
+def opened(scene: str, row: str, home: Path, seeds: int) -> tuple[StudyContext, PoolContext]:
+    """The study of one row in one scene, and its pool."""
+    wanted = ROWS[row]
+    options = {
+        "scenes": [scene],
+        "seeds": list(range(seeds)),
+        "training": wanted.training,
+        "corrections": {"rounds": wanted.rounds},
+    }
+    if wanted.targets is not None:
+        options["n_targets"] = wanted.targets
+    study = open_study(load_config("smoke", CONFIG, options), Home.resolve(home))
+    return study, next(pool for pool in study.pools if pool.label == wanted.pool)
 
 
-def opened(scene: str, label: str, home: Path, training: dict[str, Any]) -> tuple[StudyContext, PoolContext]:
-    """The study with these settings of training in one scene, and its pool of that label."""
-    config = load_config("smoke", CONFIG, {"training": training, "scenes": [scene]})
-    study = open_study(config, Home.resolve(home))
-    return study, next(pool for pool in study.pools if pool.label == label)
+def networks_of(study: StudyContext, pool: PoolContext, row: str) -> list[TrainedPolicy]:
+    """The networks of a row after their last round of corrections, one a seed; trains those that the home lacks."""
+    selections = [
+        one
+        for one in study_selections(study)
+        if (one.pool, one.choice.label) == (pool.pool, ROWS[row].selector)
+    ]
+    networks = wanted_networks(study, selections)
+    for number in range(ROWS[row].rounds + 1):
+        missing = [n for n in networks if n.round == number and not is_trained(study, n)]
+        if number:
+            for network in missing_corrections(study, missing):
+                make_corrections(study, network)
+        if missing:
+            train_networks(study, missing)
+    return [load_network(study, network) for network in networks if network.round == ROWS[row].rounds]
 
 
 @cache
 def tests_of(scene: str, home: Path) -> TargetsUnderTest:
     """Unseen targets of a scene, the same for all rows: drawn with the orientation tolerance."""
-    study, pool = opened(scene, "all", home, {})
+    study, pool = opened(scene, EVERYTHING, home, 1)
     seed = study.config.evaluation.seed
     settings = pool.settings.targets.model_copy(update={"seed": seed})
     tests = unseen_tests(sample_targets(pool.robot, pool.scene, settings, 0, study.config.unseen))
     return reachable_tests(tests, pool.robot, pool.scene, pool.settings, seed)
 
 
-@cache
-def solutions_of(scene: str, label: str, home: Path) -> list[FloatArray]:
-    """Inverse-kinematics solutions of those targets within the tolerance of a pool: what its policies know."""
-    study, pool = opened(scene, label, home, {})
-    seed, settings = study.config.evaluation.seed, pool.settings.targets
-    return [
-        goal_solutions(pool.robot, pool.scene, position, settings, (seed, i))
-        for i, position in enumerate(tests_of(scene, home).position)
+def rolled_out(
+    study: StudyContext,
+    pool: PoolContext,
+    row: str,
+    networks: Sequence[TrainedPolicy],
+    tests: TargetsUnderTest,
+) -> list[pa.Table]:
+    """A table of trials for each network."""
+    shown = [
+        one
+        for one in (goals_shown(study, pool, row, policy, tests) for policy in networks)
+        if one is not None
     ]
-
-
-def goals_of(trained: Sequence[TrainedPolicy], scene: str, label: str, home: Path) -> FloatArray | None:
-    """Goal configurations (networks, tests, n), where the networks are shown any."""
-    shown = [network.goals for network in trained if network.goals is not None]
-    if not shown:
-        return None
-    positions, solutions = tests_of(scene, home).position, solutions_of(scene, label, home)
-    return np.stack([chosen_goals(goals, positions, solutions) for goals in shown])
-
-
-def counted(scene: str, row: str, tests: TargetsUnderTest, tables: Sequence[Any]) -> Rate:
-    """Counts over all networks."""
-    success, settled = (
-        np.array([table[name].to_pylist() for table in tables]) for name in ("success", "settled")
+    goals = np.stack(shown) if shown else None
+    return roll_out(
+        networks, pool.robot, pool.scene, tests, study.config.evaluation, pool.settings.timing.dt, goals
     )
-    reasons = [reason for table in tables for reason in table["failure"].to_pylist() if reason]
-    return Rate(
-        scene, row, success.size, int(success.sum()), int(settled.sum()), int(tests.hard.sum() * len(tables)),
-        int(success[:, tests.hard].sum()), {name: reasons.count(name) for name in sorted(set(reasons))},
-    )  # fmt: skip
+
+
+def goals_shown(
+    study: StudyContext, pool: PoolContext, row: str, policy: TrainedPolicy, tests: TargetsUnderTest
+) -> FloatArray | None:
+    """Goal configurations (tests, n) that a network is shown; None where it observes none."""
+    seed, settings = study.config.evaluation.seed, pool.settings.targets
+    if policy.goals is None or not ROWS[row].drawn_goals:
+        return goals_of(policy, pool.robot, pool.scene, tests.position, settings, seed)
+    goals = expected_goals(policy.goals, tests.position)
+    for i, position in enumerate(tests.position):
+        drawn = goal_solutions(pool.robot, pool.scene, position, settings, (seed, i))
+        if len(drawn):
+            goals[i] = drawn[np.linalg.norm(drawn - goals[i], axis=1).argmin()]
+    return goals
+
+
+def interval(outcomes: BoolArray) -> tuple[float, float, float]:
+    """Mean of outcomes (networks, tests) in percent, and its 95 % interval over tests drawn again."""
+    shares = 100 * outcomes.mean(axis=0)
+    drawn = np.random.default_rng(0).integers(len(shares), size=(DRAWS, len(shares)))
+    low, high = np.percentile(shares[drawn].mean(axis=1), [2.5, 97.5])
+    return round(float(shares.mean()), 1), round(float(low), 1), round(float(high), 1)
+
+
+def draw(scene: str, row: str, home: Path, folder: Path) -> None:
+    """Picture a test at which the network without an ingredient collides and the one with it arrives, if any."""
+    pair = (EVERYTHING, row) if ROWS[row].rounds else (row, EVERYTHING)
+    tests = tests_of(scene, home)
+    worse, better = (tried(scene, name, home, tests) for name in pair)
+    found = np.flatnonzero((worse.failure == COLLIDED) & (better.failure == ""))
+    if len(found):
+        test = int(found[0])
+        shots = [
+            one.shot(tests.position[test], test, name)
+            for one, name in zip((worse, better), pair, strict=True)
+        ]
+        write_shots(folder / f"{scene.replace(':', '-')}-{row.replace(' ', '-')}.png", shots, SIZE)
+
+
+@dataclass(frozen=True)
+class Tried:
+    """What the first network of a row did at the tests."""
+
+    study: StudyContext
+    pool: PoolContext
+    policy: TrainedPolicy
+    goals: FloatArray | None
+    failure: npt.NDArray[np.object_]
+
+    def shot(self, position: FloatArray, test: int, title: str) -> Shot:
+        """The rollout at one test."""
+        goal = None if self.goals is None else self.goals[test][None]
+        robot, scene, dt = self.pool.robot, self.pool.scene, self.pool.settings.timing.dt
+        run = rollout_run(self.policy, robot, scene, position, self.study.config.evaluation, dt, goal)
+        return Shot(robot, scene, (run,), title=title)
+
+
+def tried(scene: str, row: str, home: Path, tests: TargetsUnderTest) -> Tried:
+    """Roll the first network of a row out."""
+    study, pool = opened(scene, row, home, 1)
+    policy = networks_of(study, pool, row)[0]
+    goals = goals_shown(study, pool, row, policy, tests)
+    (table,) = rolled_out(study, pool, row, [policy], tests)
+    return Tried(study, pool, policy, goals, table["failure"].to_numpy(zero_copy_only=False))
 
 
 if __name__ == "__main__":

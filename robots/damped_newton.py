@@ -6,7 +6,7 @@ import numpy as np
 
 from plancurate import native
 from plancurate.robots.robot import Robot
-from plancurate.robots.shapes import FloatArray
+from plancurate.robots.shapes import BoolArray, FloatArray
 
 ITERATIONS = 60  # a start that converges takes 10 to 20
 ACCURACY = 1e-9  # m and rad; a tool error below counts as none
@@ -33,15 +33,28 @@ def converge(
     rotation: FloatArray | None,
     axes: FloatArray | None = None,
 ) -> FloatArray:
-    """Iterate the starts `q` (b,n) towards the target, limits aside; return those that reach it (c,n).
+    """Those of the starts `q` (b,n) that reach the target of `newton`, there (c,n)."""
+    q, reached = newton(robot, q, position, rotation, axes)
+    return q[reached]
 
-    `position` (3,) in m and `rotation` (3,3) describe the tool in the base frame; without a rotation `axes` (b,3),
-    one a start, say where its z axis points, and without these it turns freely.
+
+def newton(
+    robot: Robot,
+    q: FloatArray,
+    position: FloatArray,
+    rotation: FloatArray | None = None,
+    axes: FloatArray | None = None,
+) -> tuple[FloatArray, BoolArray]:
+    """Lead the starts `q` (b,n) towards the target, limits aside: where they end (b,n), and which (b,) reach it.
+
+    `position` (3,) or one a start (b,3), in m, and `rotation` (3,3) describe the tool in the base frame; without a
+    rotation `axes` (b,3), one a start, say where its z axis points, and without these it turns freely.
     """
     q, going, reached = q.copy(), np.arange(len(q)), np.zeros(len(q), dtype=bool)
+    position = np.broadcast_to(position, (len(q), 3))
     for _ in range(ITERATIONS):
         tool, jacobian = tool_jacobian(robot, q[going])
-        error = position - tool[:, :3, 3]
+        error = position[going] - tool[:, :3, 3]
         if rotation is not None:
             turn = _rotation_vector(rotation @ tool[:, :3, :3].transpose(0, 2, 1))
             error = np.concatenate([error, turn], axis=1)
@@ -56,7 +69,7 @@ def converge(
         if not len(going):
             break
         q[going] += _step(jacobian[~there], error[~there])
-    return q[reached]
+    return q, reached
 
 
 def _step(jacobian: FloatArray, error: FloatArray) -> FloatArray:

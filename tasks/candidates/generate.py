@@ -13,6 +13,7 @@ import pyarrow as pa
 from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
+from plancurate.tasks.candidates import consistent_goals
 from plancurate.tasks.candidates.plan import plan_candidate
 from plancurate.tasks.candidates.postprocess import Postprocess, postprocess
 from plancurate.tasks.candidates.rows import candidate_row
@@ -37,13 +38,15 @@ class StageSeconds:
 
 def pool_id(robot: Robot, scene: Scene, settings: GenerateSettings) -> str:
     """Name the pool of candidates that belong together; more targets and other planners add to it."""
-    content = [
+    content: list[object] = [
         REVISION,
         native.ompl_version(),
         robot.digest,
         scene.digest,
         settings.model_dump(mode="json"),
     ]
+    if settings.plan.goals == "consistent":
+        content.append(consistent_goals.REVISION)
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:12]
 
 

@@ -51,8 +51,6 @@ def run_goals(
     goals = target.goals[native.is_free(robot.native, scene.native, target.goals)]
     if settings.plan.goals == "nearest" and len(goals):
         return nearest_goal(robot, goals)[None]
-    if settings.plan.goals == "consistent" and len(goals):
-        return goals[[np.random.default_rng((seed, POSE_STREAM)).integers(len(goals))]]
     return goals
 
 

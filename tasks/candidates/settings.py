@@ -51,12 +51,12 @@ class PlanSettings(Settings):
     goals: Goals = Field(
         default="pose",
         description="a run's goal configurations: all of the target's; the one nearest to the start; its own draw "
-        "within the target's tolerance; one of a few that continue a neighbouring target's",
+        "within the target's tolerance; one that continues those of neighbouring targets",
     )
     goal_draws: int = Field(
         default=4,
         gt=0,
-        description="goal configurations that a run draws, for goals=pose; that a target has, for goals=consistent",
+        description="goal configurations that a run draws, for goals=pose",
     )
     clearance_m: float = Field(
         default=0.0, ge=0, description="distance kept to obstacles beyond the scene's margin, m"

@@ -1,8 +1,8 @@
 """Goal configurations: where demonstrations end, and which one a tested position takes from those around it.
 
 A policy that observes a goal configuration is shown, in training, the end of each demonstration. At a tested position
-nobody has planned, so the goal there is an inverse-kinematics solution: the one that agrees best with the ends of
-the demonstrations to the training targets around it.
+nobody has planned, so the goal there is an inverse-kinematics solution: the one that continues the ends of the
+demonstrations to the training targets around it.
 """
 
 from __future__ import annotations
@@ -12,15 +12,18 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import KDTree
 
-from plancurate.tasks.candidates.path_classes import GOAL_RADIUS
+from plancurate.robots.robot import Robot
+from plancurate.robots.scene import Scene
+from plancurate.tasks.candidates.continued_goals import agreeing_goals, suggested_goals
+from plancurate.tasks.candidates.settings import TargetSettings
+from plancurate.tasks.learning.reach import goal_solutions
 
 FloatArray = npt.NDArray[np.float64]
-NEIGHBOURS = 3
-"""Training targets around a position that have a say in its goal."""
-NEAR_M = 1e-3
-"""Distance within which a training target counts as the position itself, m."""
+REVISION = 1
+"""Raise it when tests are shown other goals than before: the ids of evaluations that have any hold it."""
+NEAR_STREAM = 2
+"""The position's generator that searches around an expected goal; `goal_solutions` draws from another."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,34 +53,30 @@ def medoid(q: FloatArray) -> FloatArray:
 
 
 def expected_goals(training: TrainingGoals, positions: FloatArray) -> FloatArray:
-    """Goal configurations (t, n) that the training targets around positions (t, 3) suggest.
-
-    A mean by inverse distance over those of the nearest training targets whose goals are of one class: of the class
-    that weighs most. So where all differ it is the nearest target's, and never a mean of two classes.
-    """
-    count = min(NEIGHBOURS, len(training.positions))
-    distances, nearest = KDTree(training.positions).query(positions, k=range(1, count + 1))
-    goals = training.configurations[nearest]
-    weights = 1 / np.maximum(distances, NEAR_M)
-    agree = np.abs(goals[:, :, None] - goals[:, None]).max(axis=3) <= GOAL_RADIUS
-    lead = (agree @ weights[:, :, None])[:, :, 0].argmax(axis=1)
-    weights = weights * agree[np.arange(len(positions)), lead]
-    return np.asarray(np.einsum("tk,tkn->tn", weights, goals) / weights.sum(axis=1, keepdims=True))
+    """Goal configurations (t, n) that the training targets around positions (t, 3) suggest (`suggested_goals`)."""
+    return suggested_goals(training.positions, training.configurations, positions)
 
 
 def chosen_goals(
-    training: TrainingGoals, positions: FloatArray, solutions: Sequence[FloatArray]
+    training: TrainingGoals,
+    robot: Robot,
+    scene: Scene,
+    positions: FloatArray,
+    settings: TargetSettings,
+    seeds: Sequence[tuple[int, ...]],
 ) -> FloatArray:
-    """Goal configurations (t, n) of positions (t, 3): of the solutions of each, (k, n), the nearest to the expected.
+    """Goal configurations (t, n) of positions (t, 3), m: those that agree best with what is expected there.
 
-    The expected one itself where there is no solution.
+    Inverse kinematics continues from the expected goal; where that ends nowhere or in a collision, it searches around
+    it and everywhere, by the seed of the position; the expected goal itself stands where there is no free one.
     """
     expected = expected_goals(training, positions)
-    return np.stack([nearest_to(goal, known) for goal, known in zip(expected, solutions, strict=True)])
-
-
-def nearest_to(goal: FloatArray, solutions: FloatArray) -> FloatArray:
-    """The solution (k, n) nearest to a goal (n,); the goal itself without any."""
-    if not len(solutions):
-        return goal
-    return np.asarray(solutions[np.linalg.norm(solutions - goal, axis=1).argmin()])
+    return agreeing_goals(
+        robot,
+        scene,
+        positions,
+        expected,
+        settings,
+        [(*seed, NEAR_STREAM) for seed in seeds],
+        lambda i: goal_solutions(robot, scene, positions[i], settings, seeds[i]),
+    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +11,6 @@ from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.settings import TargetSettings
 from plancurate.tasks.learning.failures import COLLIDED, LIMITS
 from plancurate.tasks.learning.policies import TrainedPolicy
-from plancurate.tasks.learning.reach import goal_solutions
 from plancurate.tasks.learning.rollouts import Trials, moves
 from plancurate.tasks.learning.settings import EvaluateSettings
 from plancurate.tasks.learning.training_goals import chosen_goals
@@ -85,8 +83,11 @@ def goals_of(
     """Joint angles (t, n) to end at, by what the policy was shown; None for one that observes none."""
     if policy.goals is None:
         return None
-    solutions: Sequence[FloatArray] = [
-        goal_solutions(robot, scene, position, targets, (seed, number))
-        for number, position in enumerate(positions)
-    ]
-    return chosen_goals(policy.goals, positions, solutions)
+    return chosen_goals(
+        policy.goals,
+        robot,
+        scene,
+        positions,
+        targets,
+        [(seed, number) for number in range(len(positions))],
+    )

@@ -100,6 +100,12 @@ class StudyConfig(Settings):
     )
     evaluation: EvaluateSettings = Field(EvaluateSettings(), description="Tests and rollouts.")
     unseen: int = Field(0, ge=0, le=1_000_000, description="Tests at fresh targets anywhere in the region.")
+    displaced_targets: int | None = Field(
+        None,
+        ge=0,
+        le=MOST_TARGETS,
+        description="Training targets, the first ones, around which displaced tests lie; null: all of them.",
+    )
     verified_tests: int = Field(
         0,
         ge=0,

@@ -18,8 +18,8 @@ from plancurate.tasks.candidates.targets import require_free_home
 from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
-from plancurate.tasks.learning import corrections, rollouts, train
-from plancurate.tasks.learning.observations import find_term
+from plancurate.tasks.learning import corrections, rollouts, train, training_goals
+from plancurate.tasks.learning.observations import find_term, goal_terms
 from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.motion import verify
 from plancurate.tasks.study.config import StudyConfig
@@ -90,9 +90,12 @@ class StudyContext:
         config = self.config
         corrected, verified = config.corrections.rounds > 0, config.verified_tests > 0
         # What a study does without is not in its key, so that studies from before it was there keep theirs.
-        absent = {
-            name for name, there in (("corrections", corrected), ("verified_tests", verified)) if not there
+        optional = {
+            "corrections": corrected,
+            "verified_tests": verified,
+            "displaced_targets": config.displaced_targets is not None,
         }
+        absent = {name for name, there in optional.items() if not there}
         content = {
             "pools": [[pool.label, pool.pool] for pool in self.pools],
             "config": config.model_dump(mode="json", exclude=_NOT_IN_KEY | absent),
@@ -102,7 +105,8 @@ class StudyContext:
             "observation": [find_term(name).revision for name in config.training.observation],
             "stages": [path_classes.REVISION, train.REVISION, rollouts.REVISION]
             + [corrections.REVISION] * corrected
-            + [verify.REVISION] * verified,
+            + [verify.REVISION] * verified
+            + [training_goals.REVISION] * bool(goal_terms(config.training.observation)),
         }
         return digest(content, 8)
 

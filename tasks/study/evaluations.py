@@ -11,9 +11,9 @@ import torch
 
 from plancurate.tasks.candidates.target_table import stored_targets
 from plancurate.tasks.candidates.targets import sample_targets
-from plancurate.tasks.learning import rollouts
+from plancurate.tasks.learning import rollouts, training_goals
+from plancurate.tasks.learning.observations import goal_terms
 from plancurate.tasks.learning.policies import TrainedPolicy
-from plancurate.tasks.learning.reach import goal_solutions
 from plancurate.tasks.learning.test_targets import (
     TargetsUnderTest,
     displaced_tests,
@@ -37,50 +37,41 @@ def study_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
     return reachable_tests(tests, pool.robot, pool.scene, pool.settings, study.config.evaluation.seed)
 
 
-@lru_cache(maxsize=8)
-def goals_of_tests(study: StudyContext, pool: PoolContext) -> list[FloatArray]:
-    """Return free inverse-kinematics solutions (k, n) of each of a pool's tests, the same for all networks."""
-    tests = study_tests(study, pool)
-    return [
-        solutions_of_test(study, pool, position, int(number))
-        for position, number in zip(tests.position, tests.test_id, strict=True)
-    ]
-
-
-def solutions_of_test(
-    study: StudyContext, pool: PoolContext, position: FloatArray, test_id: int
-) -> FloatArray:
-    """Return free inverse-kinematics solutions (k, n) of a test at a position (3,), m."""
-    seed = (study.config.evaluation.seed, test_id)
-    return goal_solutions(pool.robot, pool.scene, position, pool.settings.targets, seed)
-
-
-def goals_of_test(
-    study: StudyContext, pool: PoolContext, trained: TrainedPolicy, position: FloatArray, test_id: int
+def goals_at(
+    study: StudyContext,
+    pool: PoolContext,
+    trained: TrainedPolicy,
+    positions: FloatArray,
+    test_ids: Sequence[int],
 ) -> FloatArray | None:
-    """Return the goal configuration (1, n) that a network was tested with; None where no term needs any."""
+    """Return the goals (t, n) that a network is shown at tests at positions (t, 3), m; None where no term needs any."""
     if trained.goals is None:
         return None
-    solutions = solutions_of_test(study, pool, position, test_id)
-    return chosen_goals(trained.goals, position[None], [solutions])
+    return chosen_goals(
+        trained.goals,
+        pool.robot,
+        pool.scene,
+        positions,
+        pool.settings.targets,
+        [(study.config.evaluation.seed, test_id) for test_id in test_ids],
+    )
 
 
 def network_goals(
     study: StudyContext, pool: PoolContext, trained: Sequence[TrainedPolicy]
 ) -> FloatArray | None:
     """Return goal configurations (networks, tests, n) by what each network was shown; None where no term needs any."""
-    shown = [policy.goals for policy in trained if policy.goals is not None]
-    if not shown:
-        return None
-    positions, solutions = study_tests(study, pool).position, goals_of_tests(study, pool)
-    return np.stack([chosen_goals(training, positions, solutions) for training in shown])
+    tests = study_tests(study, pool)
+    goals = [goals_at(study, pool, policy, tests.position, tests.test_id.tolist()) for policy in trained]
+    shown = [one for one in goals if one is not None]
+    return np.stack(shown) if shown else None
 
 
 def drawn_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
     """Return all tests that a study draws for a pool, whether or not they can be reached."""
     config = study.config
     targets = stored_targets(study.lake, pool.partition)[: config.n_targets]
-    displaced = displaced_tests(targets, config.evaluation.seed)
+    displaced = displaced_tests(targets[: config.displaced_targets], config.evaluation.seed)
     if not config.unseen:
         return displaced
     seed = config.evaluation.seed + UNSEEN_SEED_OFFSET
@@ -93,7 +84,17 @@ def evaluation_id(study: StudyContext, network: Network) -> str:
     """Name an evaluation by the network and everything that its tests and rollouts depend on."""
     config = study.config
     settings = config.evaluation.model_dump(mode="json", exclude={"device"})
-    content = [network.selection.pool, config.n_targets, config.unseen, settings, rollouts.REVISION]
+    content: list[object] = [
+        network.selection.pool,
+        config.n_targets,
+        config.unseen,
+        settings,
+        rollouts.REVISION,
+    ]
+    if goal_terms(config.training.observation):
+        content.append(training_goals.REVISION)
+    if config.displaced_targets is not None:
+        content.append({"displaced_targets": config.displaced_targets})
     return f"{network.network_id}-{digest(content, 8)}"
 
 

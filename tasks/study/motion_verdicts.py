@@ -10,14 +10,12 @@ import pyarrow as pa
 import torch
 
 from plancurate.errors import PlancurateError
-from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.lake.schema import table
-from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.motion.rollout import PolicyPath, policy_paths
 from plancurate.tasks.motion.timed import timed_motion
 from plancurate.tasks.motion.verify import verify_motion
 from plancurate.tasks.study.context import PoolContext, StudyContext
-from plancurate.tasks.study.evaluations import evaluation_id, goals_of_test
+from plancurate.tasks.study.evaluations import evaluation_id, goals_at
 from plancurate.tasks.study.networks import Network, load_network, wanted_networks
 from plancurate.tasks.study.selections import study_selections
 
@@ -61,29 +59,13 @@ def verdict_rows(study: StudyContext, pool: PoolContext, network: Network) -> li
         return []
     policy = load_network(study, network)
     positions = np.array([[test["x"], test["y"], test["z"]] for test in reached])
-    goals = goals_of_reached(study, pool, policy, positions, [test["test_id"] for test in reached])
+    goals = goals_at(study, pool, policy, positions, [test["test_id"] for test in reached])
     settings, dt = study.config.evaluation, pool.settings.timing.dt
     paths = policy_paths(policy, pool.robot, pool.scene, positions, settings, dt, goals)
     return [
         {"evaluation_id": key, "kind": test["kind"], "test_id": test["test_id"], **verdict_on(pool, path)}
         for test, path in zip(reached, paths, strict=True)
     ]
-
-
-def goals_of_reached(
-    study: StudyContext,
-    pool: PoolContext,
-    policy: TrainedPolicy,
-    positions: FloatArray,
-    test_ids: Sequence[int],
-) -> FloatArray | None:
-    """Return the goal configurations (t, n) that a network was tested with; None where no term needs any."""
-    found = [
-        goals_of_test(study, pool, policy, position, number)
-        for position, number in zip(positions, test_ids, strict=True)
-    ]
-    goals = [goal for goal in found if goal is not None]
-    return np.concatenate(goals) if goals else None
 
 
 def verdict_on(pool: PoolContext, path: PolicyPath) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from plancurate.tasks.pictures.rollout_shots import rollout_run
 from plancurate.tasks.pictures.shot import Shot
 from plancurate.tasks.study.against import BASELINE
 from plancurate.tasks.study.context import PoolContext, StudyContext
-from plancurate.tasks.study.evaluations import goals_of_test
+from plancurate.tasks.study.evaluations import goals_at
 from plancurate.tasks.study.network_cells import Cell as NetworkCell
 from plancurate.tasks.study.networks import load_network
 from plancurate.tasks.study.predictor import Choice, StudyPolicy, network_of, study_policy
@@ -86,7 +86,7 @@ def tested_shot(study: StudyContext, pool: PoolContext, row: Mapping[str, Any]) 
     cell: NetworkCell = (pool.scene.name, pool.label, *(row[name] for name in heads))
     policy = load_network(study, network_of(study, cell))
     position, settings = np.array([row["x"], row["y"], row["z"]]), study.config.evaluation
-    goals = goals_of_test(study, pool, policy, position, row["test_id"])
+    goals = goals_at(study, pool, policy, position[None], [row["test_id"]])
     dt = pool.settings.timing.dt
     run = rollout_run(policy, pool.robot, pool.scene, position, settings, dt, goals)
     title = f"{row['policy']} on {label(row['selector'], row['budget'])}"

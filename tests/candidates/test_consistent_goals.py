@@ -10,8 +10,10 @@ import pytest
 
 from plancurate import native
 from plancurate.robots import load_world
-from plancurate.tasks.candidates.consistent_goals import draw_targets
-from plancurate.tasks.candidates.goals import planning_scene, run_goals, tool_rotation
+from plancurate.tasks.candidates import consistent_goals
+from plancurate.tasks.candidates.consistent_goals import consistent_goal, draw_targets, neighbours_goal
+from plancurate.tasks.candidates.generate import pool_id
+from plancurate.tasks.candidates.goals import planning_scene, tool_rotation
 from plancurate.tasks.candidates.path_classes import GOAL_RADIUS
 from plancurate.tasks.candidates.plan import plan_candidate
 from plancurate.tasks.candidates.settings import (
@@ -67,34 +69,44 @@ def test_neighbouring_targets_are_reached_alike(record_property: Record) -> None
     assert continued > 0.6
 
 
-@pytest.mark.parametrize("orientation", ["exact", "cone", "any"])
-def test_goals_are_free_within_the_tolerance_and_of_one_class(orientation: Orientation) -> None:
+@pytest.mark.parametrize("orientation", ["exact", "yaw_free", "cone", "any"])
+def test_a_target_has_one_goal_that_is_free_and_within_the_tolerance(orientation: Orientation) -> None:
     chosen = settings(orientation=orientation)
     kept = planning_scene(SHELF, chosen.plan)
     axis = tool_rotation(ROBOT, SHELF)[:, 2]
-    limit = {"exact": 1e-6, "cone": np.radians(30) + 1e-6, "any": np.pi}[orientation]
+    limit = {"exact": 1e-6, "yaw_free": 1e-6, "cone": np.radians(30) + 1e-6, "any": np.pi}[orientation]
     for target in draw_targets(ROBOT, SHELF, chosen, 0, 4):
-        tools = native.fk(ROBOT.native, target.goals)
-        assert 1 <= len(target.goals) <= chosen.plan.goal_draws
-        assert np.abs(tools[:, :3, 3] - target.position).max() < 1e-6
+        tool = native.fk(ROBOT.native, target.goals)
+        assert target.goals.shape == (1, 6)
+        assert np.abs(tool[:, :3, 3] - target.position).max() < 1e-6
         assert native.is_free(ROBOT.native, kept.native, target.goals).all()
-        assert np.ptp(target.goals, axis=0).max() <= GOAL_RADIUS
-        assert np.arccos(np.clip(tools[:, :3, 2] @ axis, -1, 1)).max() <= limit
+        assert np.arccos(np.clip(tool[:, :3, 2] @ axis, -1, 1)).max() <= limit
 
 
-def test_the_first_goal_is_the_nearest_to_that_of_the_nearest_earlier_target() -> None:
+def test_no_drawn_solution_is_nearer_to_what_the_earlier_targets_suggest() -> None:
     targets = draw_targets(ROBOT, SHELF, settings(), 0, 8)
     base = draw_targets(ROBOT, SHELF, settings("all"), 0, 8)
     for target, plain in zip(targets, base, strict=True):
-        earlier = targets[: target.target_id]
-        reference = ROBOT.home
-        if earlier:
-            away = [float(np.linalg.norm(other.position - target.position)) for other in earlier]
-            reference = earlier[int(np.argmin(away))].goals[0]
-        apart = np.linalg.norm(target.goals - reference, axis=1)
-        assert np.all(np.diff(apart) >= 0)
-        assert apart[0] <= np.linalg.norm(plain.goals - reference, axis=1).min()
+        reference = neighbours_goal(ROBOT, target.position, targets[: target.target_id])
         assert np.array_equal(target.position, plain.position)
+        nearest = np.linalg.norm(plain.goals - reference, axis=1).min()
+        assert np.linalg.norm(target.goals[0] - reference) <= nearest
+
+
+def test_where_a_goal_cannot_be_continued_the_nearest_free_solution_is_taken() -> None:
+    chosen = settings()
+    kept = planning_scene(SHELF, chosen.plan)
+    target = draw_targets(ROBOT, SHELF, chosen, 0, 1)[0]
+    # Known with the elbow turned over, beyond the limits: nothing continues from there.
+    strange = replace(target, goals=np.array([[0.0, 9.0, -9.0, 9.0, 9.0, 9.0]]))
+    goal = consistent_goal(ROBOT, kept, target, [strange], chosen.targets)
+    assert native.is_free(ROBOT.native, kept.native, goal[None]).all()
+    assert (goal >= ROBOT.lower).all()
+    assert (goal <= ROBOT.upper).all()
+    assert (
+        np.linalg.norm(goal - strange.goals[0])
+        <= np.linalg.norm(target.goals - strange.goals[0], axis=1).min()
+    )
 
 
 def test_a_pool_that_grows_keeps_what_it_has() -> None:
@@ -108,12 +120,9 @@ def test_a_pool_that_grows_keeps_what_it_has() -> None:
     assert same(whole[4:6], draw_targets(ROBOT, SHELF, settings(), 4, 2, [later, *first]))
 
 
-def test_each_run_draws_one_of_the_targets_goals() -> None:
-    chosen = settings()
-    target = max(draw_targets(ROBOT, SHELF, chosen, 0, 4), key=lambda target: len(target.goals))
-    assert len(target.goals) > 1
-    kept = planning_scene(SHELF, chosen.plan)
-    drawn = [run_goals(ROBOT, kept, target, seed, chosen) for seed in range(40)]
-    assert np.array_equal(drawn[3], run_goals(ROBOT, kept, target, 3, chosen))
-    assert {goals.shape for goals in drawn} == {(1, 6)}
-    assert {goals.tobytes() for goals in drawn} == {goal[None].tobytes() for goal in target.goals}
+def test_a_changed_way_of_continuing_goals_is_another_pool(monkeypatch: pytest.MonkeyPatch) -> None:
+    ids = [pool_id(ROBOT, SHELF, settings(goals)) for goals in ("consistent", "pose")]
+    monkeypatch.setattr(consistent_goals, "REVISION", consistent_goals.REVISION + 1)
+    raised = [pool_id(ROBOT, SHELF, settings(goals)) for goals in ("consistent", "pose")]
+    assert ids[0] != raised[0]
+    assert ids[1] == raised[1]

@@ -13,6 +13,7 @@ from safetensors.torch import load_file, save_file
 from plancurate import native
 from plancurate.errors import PlancurateError
 from plancurate.robots import Robot, load_robot, load_scene
+from plancurate.tasks.candidates.continued_goals import continued_goals
 from plancurate.tasks.candidates.goals import tool_rotation
 from plancurate.tasks.candidates.settings import TargetSettings
 from plancurate.tasks.candidates.targets import Target, sample_targets
@@ -31,6 +32,7 @@ from plancurate.tasks.learning.training_goals import (
     expected_goals,
     training_goals,
 )
+from plancurate.tasks.motion.rollout import goals_of
 
 SCENE = load_scene("free")
 TERMS = ("target_offset", "joint_positions", "goal_offset")
@@ -86,13 +88,36 @@ def test_a_position_at_a_training_target_takes_its_goal() -> None:
     assert expected_at(0.1, (0.1, [0.3]), (0.9, [0.9])) == pytest.approx([0.3], abs=1e-3)
 
 
-def test_the_solution_nearest_to_the_expected_goal_is_chosen_and_without_any_the_expected_one() -> None:
-    shown = along_x((0.0, [0.0, 0.0]), (1.0, [0.5, 0.5]))
-    positions = np.array([[0.0, 0, 0], [1.0, 0, 0], [0.0, 0, 0]])
-    solutions = [np.array([[2.0, 0], [-0.1, 0.1]]), np.array([[0.5, 0.4], [0.0, 0.0]]), np.empty((0, 2))]
-    found = chosen_goals(shown, positions, solutions)
-    np.testing.assert_array_equal(found[:2], [[-0.1, 0.1], [0.5, 0.4]])
-    np.testing.assert_allclose(found[2], [0, 0], atol=1e-3)
+def test_a_goal_continues_what_is_expected_so_that_near_positions_have_near_goals(robot: Robot) -> None:
+    settings = TargetSettings(orientation="cone")
+    here = native.fk(robot.native, robot.home[None])[0, :3, 3]
+    shown = TrainingGoals(here[None], robot.home[None])
+    positions = here + np.linspace(0, 0.1, 6)[:, None] * [0.0, 1.0, 0.0]
+    goals = chosen_goals(shown, robot, SCENE, positions, settings, [(0, k) for k in range(6)])
+    np.testing.assert_allclose(native.fk(robot.native, goals)[:, :3, 3], positions, atol=1e-6)
+    np.testing.assert_allclose(goals[0], robot.home, atol=1e-6)
+    assert np.linalg.norm(np.diff(goals, axis=0), axis=1).max() < 0.1
+
+
+def test_where_the_continued_goal_collides_one_near_it_is_chosen_and_out_of_reach_what_is_expected(
+    robot: Robot,
+) -> None:
+    table, settings = load_scene("table"), TargetSettings(orientation="cone")
+    targets = sample_targets(robot, table, settings, 0, 60)
+    positions = np.array([target.position for target in targets])
+    shown = TrainingGoals(positions[:1], targets[0].goals[:1])
+    seeds = [(5, k) for k in range(len(targets))]
+    expected = expected_goals(shown, positions)
+    _, continued = continued_goals(robot, table, positions, expected, settings)
+    goals = chosen_goals(shown, robot, table, positions, settings, seeds)
+    assert 0 < continued.mean() < 1
+    assert native.is_free(robot.native, table.native, goals).mean() > 0.9
+    tool = native.fk(robot.native, goals)[:, :3, 3]
+    np.testing.assert_allclose(tool[continued], positions[continued], atol=1e-6)
+    far = np.array([[9.0, 0, 0]])
+    np.testing.assert_array_equal(
+        chosen_goals(shown, robot, table, far, settings, [(5, 0)]), targets[0].goals[:1]
+    )
 
 
 @pytest.mark.parametrize("orientation", ["exact", "yaw_free", "cone", "any"])
@@ -136,15 +161,15 @@ def test_a_policy_that_knows_its_goal_is_not_torn_between_two(robot: Robot, tmp_
     knowing.save(tmp_path / "policy")
     served = load_policy(tmp_path / "policy")
     assert served.goals is not None
-    solutions = [goal_solutions(robot, SCENE, p, settings, (9, k)) for k, p in enumerate(tests.position)]
-    goals = chosen_goals(served.goals, tests.position, solutions)[None]
+    goals = goals_of(served, robot, SCENE, tests.position, settings, 9)
+    assert goals is not None
 
     def rate(policy: TrainedPolicy, goals: np.ndarray | None) -> float:
         trials = roll_out([policy], robot, SCENE, tests, EvaluateSettings(), DT, goals)[0]
         return float(np.mean(trials["success"].to_numpy(zero_copy_only=False)))
 
     assert rate(without, None) < 0.3
-    assert rate(served, goals) > 0.7
+    assert rate(served, goals[None]) > 0.7
 
 
 def test_each_policy_goes_to_its_own_goal(robot: Robot) -> None:

@@ -16,12 +16,14 @@ from plancurate.errors import PlancurateError
 from plancurate.tasks.candidates.sources import base as sources
 from plancurate.tasks.curation.selectors import base as selectors
 from plancurate.tasks.lake.home import Home
-from plancurate.tasks.learning import corrections, rollouts, train
+from plancurate.tasks.learning import corrections, rollouts, train, training_goals
 from plancurate.tasks.learning.observations import term as terms
 from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import StudyContext, open_study, reference
-from plancurate.tasks.study.networks import network_id
+from plancurate.tasks.study.evaluations import evaluation_id
+from plancurate.tasks.study.networks import Network, network_id
+from plancurate.tasks.study.selections import WantedSelection
 
 SHIPPED = Path(plancurate.robots.__file__).parent
 Change = Callable[[pytest.MonkeyPatch], None]
@@ -41,6 +43,11 @@ def robot(tmp_path: Path) -> Path:
     return Path(shutil.copytree(SHIPPED / "h2017", tmp_path / "arm"))
 
 
+def network_of_no_data(study: StudyContext) -> Network:
+    selection = WantedSelection(study.pools[0].pool, "pool", study.config.selectors[0], 20, 0, "selection")
+    return Network("BC_MLP", selection, 0, network_id(study, "selection", "BC_MLP", 0))
+
+
 def opened(scene: Path, robot: Path, **fields: Any) -> StudyContext:
     config = load_config("smoke", None, {"scenes": [str(scene)], "robot": str(robot), **fields})
     return open_study(config, Home(scene.parent / "home"))
@@ -58,6 +65,7 @@ OTHER_FIELDS: dict[str, Any] = {
     "training": {"learning_rate": 0.002},
     "evaluation": {"max_steps": 100},
     "unseen": 1,
+    "displaced_targets": 1,
 }
 
 
@@ -81,6 +89,21 @@ def test_what_makes_a_study_fast_or_names_it_leaves_the_key(
     scene: Path, robot: Path, fields: dict[str, Any]
 ) -> None:
     assert opened(scene, robot, **fields).key == opened(scene, robot).key
+
+
+def test_a_changed_choice_of_goals_is_another_evaluation_where_goals_are_shown_and_only_there(
+    scene: Path, robot: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def names(terms: list[str]) -> tuple[str, str]:
+        study = opened(scene, robot, training={"observation": terms})
+        return study.key, evaluation_id(study, network_of_no_data(study))
+
+    plain, goal = ["joint_positions"], ["joint_positions", "goal_offset"]
+    before = names(plain), names(goal)
+    monkeypatch.setattr(training_goals, "REVISION", training_goals.REVISION + 1)
+    after = names(plain), names(goal)
+    assert before[0] == after[0]
+    assert {*before[1]}.isdisjoint(after[1])
 
 
 def test_the_key_is_of_contents_not_of_paths(scene: Path, robot: Path, tmp_path: Path) -> None:
