@@ -15,8 +15,8 @@ from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.goals import target_goals
 from plancurate.tasks.candidates.settings import TargetSettings
 
-CUBE_SHARE = 0.294  # of the robot's reach; the H2017's half metre
-DISTANCE_SHARE = 0.059  # ditto, its ten centimetres
+CUBE_SHARE = 0.294  # of the robot's reach: half a metre for one of 1.7 m
+DISTANCE_SHARE = 0.059  # ditto, ten centimetres
 
 
 @dataclass(frozen=True, eq=False)

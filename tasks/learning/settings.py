@@ -55,7 +55,7 @@ class TrainSettings(Settings):
         description="steps of a demonstration: as sampled in time, or at equal joint steps, whatever the speed",
     )
     arc_rad: float = Field(
-        0.06,  # in 0.05 s no joint of the H2017 can do more
+        0.06,  # 1.2 rad/s over a time step of 0.05 s
         gt=0,
         allow_inf_nan=False,
         description="length of an arc step, Euclidean over all joints, rad",

@@ -17,7 +17,7 @@ from plancurate import native
 from plancurate.bounds import Seed, Settings
 from plancurate.errors import PlancurateError, UnknownNameError, field_of, first_problem
 from plancurate.offers import offers
-from plancurate.robots import DEFAULT_ROBOT, robot_names, scene_names
+from plancurate.robots import DEFAULT_ROBOT, DEFAULT_SCENE, robot_names, scene_names
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import source_names
 from plancurate.tasks.curation.selector_choice import SelectorChoice
@@ -57,7 +57,7 @@ class StudyConfig(Settings):
         json_schema_extra=offers(robot_names, "Folder"),
     )
     scenes: tuple[str, ...] = Field(
-        ("free",),
+        (DEFAULT_SCENE,),
         min_length=1,
         description="Registered scenes, or YAML files; one table goes across them.",
         json_schema_extra=offers(scene_names, "File, or clutter:SEED"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plancurate import native
-from plancurate.robots import load_robot, load_scene, load_world
+from plancurate.robots import load_robot, load_scene, load_world, robot_names
 from plancurate.tasks.candidates import playback
 from plancurate.tasks.candidates.payload import Payload
 from plancurate.tasks.candidates.playback import drive, follow, keeps_apart, lone_arm_of_thread, references
@@ -46,7 +46,7 @@ def assert_same_bits(one, other):
 
 
 @pytest.mark.parametrize("payload", [None, Payload(mass_kg=8.0, centre_m=(0.0, 0.05, 0.1))])
-@pytest.mark.parametrize("name", ["h2017", "panda", "scara"])
+@pytest.mark.parametrize("name", [*robot_names(), "scara"])
 def test_where_nothing_touches_shapes_change_no_bit(name, payload, robot_folders):
     robot, scene = load_robot(robot_folders.get(name, name)), load_scene("free")
     motions = some_motions(robot, scene, 6)

@@ -52,7 +52,7 @@ def test_no_link_that_weighs_anything_turns_without_resistance(name):
         assert mass == 0 or min(moments) > 0  # PyBullet takes zero for an inertia that no body can have
 
 
-@pytest.mark.parametrize("name", ["h2017", "panda", "xarm6", "seven", "scara"])
+@pytest.mark.parametrize("name", [*robot_names(), "seven", "scara"])
 def test_motions_within_the_limits_are_followed_closely(name, robot_folders):
     robot, scene = load_robot(robot_folders.get(name, name)), load_scene("free")
     for goal in some_goals(robot, 4):
@@ -178,7 +178,7 @@ def test_a_motion_beyond_a_joint_s_range_is_refused_and_the_joint_named():
     assert reason.startswith("joint_1 leaves its position limits by 0.02 at sample")
 
 
-@pytest.mark.parametrize("name", ["h2017", "panda", "xarm6", "seven", "scara"])
+@pytest.mark.parametrize("name", [*robot_names(), "seven", "scara"])
 def test_the_drives_carry_exactly_the_weight_in_the_urdf(name, robot_folders):
     robot = load_robot(robot_folders.get(name, name))
     played = play(robot, load_scene("free"), np.repeat(robot.home[None], 40, axis=0), DT, SETTINGS)

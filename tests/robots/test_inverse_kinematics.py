@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from plancurate import native
-from plancurate.robots import load_robot, load_scene, solve_ik
+from plancurate.robots import load_robot, load_scene, robot_names, solve_ik
 
 H2017 = load_robot("h2017")
 FREE = load_scene("free")
@@ -68,7 +68,7 @@ def test_it_finds_every_free_solution_of_the_closed_form():
 
 
 @settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), robot=st.sampled_from(["h2017", "seven", "scara"]))
+@given(seed=st.integers(0, 2**32 - 1), robot=st.sampled_from([*robot_names(), "seven", "scara"]))
 def test_every_solution_meets_its_target_within_limits_and_free(seed, robot, robot_folders):
     robot = load_robot(robot_folders.get(robot, robot))
     rng = np.random.default_rng(seed)
@@ -82,7 +82,7 @@ def test_every_solution_meets_its_target_within_limits_and_free(seed, robot, rob
         assert found.tolist() == sorted(found.tolist())
 
 
-@pytest.mark.parametrize("name", ["h2017", "seven"])
+@pytest.mark.parametrize("name", [*robot_names(), "seven"])
 def test_a_position_alone_gives_spread_out_representatives(name, robot_folders):
     robot = load_robot(robot_folders.get(name, name))
     position = native.fk(robot.native, robot.home[None])[0, :3, 3]

@@ -61,6 +61,7 @@ def test_forward_kinematics_agrees_with_pybullet(robot, judge):
         ("h2017", "free", 100_000),
         ("h2017", "table", 100_000),
         ("h2017", "clutter", 100_000),
+        ("panda", "clutter", 20_000),
         ("xarm6", "table", 20_000),
         ("seven", "clutter", 20_000),
         ("scara", "clutter", 20_000),

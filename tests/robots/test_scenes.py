@@ -5,7 +5,7 @@ import pytest
 
 from plancurate import native
 from plancurate.errors import PlancurateError
-from plancurate.robots import load_robot, load_scene, load_world
+from plancurate.robots import colliding_pairs, load_robot, load_scene, load_world, robot_names, scene_names
 from plancurate.robots.clutter import ClutterParameters, parse_clutter
 
 H2017 = load_robot("h2017")
@@ -70,8 +70,16 @@ def test_a_named_start_is_where_the_robot_begins(tmp_path):
     assert robot.home.tolist() == H2017.home.tolist()
 
 
+@pytest.mark.parametrize("robot", robot_names())
+@pytest.mark.parametrize("name", scene_names())
+def test_the_start_is_free_with_room_to_spare_in_every_scene(robot, name):
+    robot, scene = load_world(robot, name)
+    assert colliding_pairs(robot, scene, robot.home) == []
+    assert native.clearance(robot.native, scene.native, robot.home[None])[0] > 0.01 * robot.reach
+
+
 @pytest.mark.parametrize("name", ["shelf", "passage"])
-@pytest.mark.parametrize("folder", ["h2017", "seven"])
+@pytest.mark.parametrize("folder", [*robot_names(), "seven"])
 def test_a_start_tool_brings_the_tool_there_pointing_along_the_axis(name, folder, robot_folders):
     robot, scene = load_world(robot_folders.get(folder, folder), name)
     tool = native.fk(robot.native, robot.home[None])[0]
