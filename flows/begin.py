@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from plancurate.flows.cli.console import console
+from plancurate.flows.run_page import tell
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.mend import mend
 from plancurate.tasks.lake.parts import sweep
@@ -12,7 +12,7 @@ from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyContext, open_study
 
 
-def begin(config: StudyConfig, home: str | None, *tables: str) -> StudyContext:
+def begin(config: StudyConfig, home: str, *tables: str) -> StudyContext:
     """Open a study for a stage that writes these tables, and say which damaged parts of them it makes again.
 
     Of other tables nothing is moved aside: a stage that only reads them must refuse what is damaged there.
@@ -29,4 +29,4 @@ def begin(config: StudyConfig, home: str | None, *tables: str) -> StudyContext:
 def say_made_again(damage: Iterable[str]) -> None:
     """Print what was damaged and is made again."""
     for line in damage:
-        console.print(f"  [yellow]made again:[/] {line}", highlight=False, soft_wrap=True)
+        tell(f"  [yellow]made again:[/] {line}")

@@ -14,7 +14,7 @@ from plancurate.tasks.study.context import StudyRef, open_study, reference
 
 
 @flow(name="compact", flow_run_name="compact {config.name}")
-def compact(config: PoolConfig, home: str | None = None) -> None:
+def compact(config: PoolConfig, home: str = "") -> None:
     """Merge the trajectories of each planner into one file; small files go when nobody can be reading them.
 
     Args:

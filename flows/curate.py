@@ -5,12 +5,12 @@ from __future__ import annotations
 from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
-from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.begin import begin
 from plancurate.flows.cli.pools import say_unsteady
 from plancurate.flows.forms import SelectionsConfig
 from plancurate.flows.label import label_all
 from plancurate.flows.progress import stage
+from plancurate.flows.run_page import show_table
 from plancurate.flows.task_runs import run_all
 from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.records import record_study
@@ -18,7 +18,7 @@ from plancurate.tasks.study.selections import WantedSelection, make_selection, s
 
 
 @flow(name="curate", flow_run_name="curate {config.name}")
-def curate(config: SelectionsConfig, home: str | None = None) -> None:
+def curate(config: SelectionsConfig, home: str = "") -> None:
     """Select from the study's candidates: one task run for each selection, recorded in the lake.
 
     Args:
@@ -35,7 +35,7 @@ def curate(config: SelectionsConfig, home: str | None = None) -> None:
         run_all(select, calls, in_flight=1, ended=lambda _: bar.advance())
     say_unsteady(study.lake, study.study)
     coverage = study.lake.query("results/coverage", study=study.study).to_pylist()
-    table_artifact("coverage", coverage, "What each selection keeps of the pool's targets.")
+    show_table("coverage", coverage, "What each selection keeps of the pool's targets.")
 
 
 @task(

@@ -18,7 +18,7 @@ from plancurate.tasks.study.references import make_references, missing_reference
 
 
 @flow(name="evaluate", flow_run_name="evaluate {config.name}")
-def evaluate(config: WholeConfig, home: str | None = None) -> None:
+def evaluate(config: WholeConfig, home: str = "") -> None:
     """Test what is not tested yet: one task run for some networks of a policy on all tests of a pool at once.
 
     Args:

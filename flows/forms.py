@@ -81,7 +81,7 @@ def whole_form() -> dict[str, JsonSchemaValue]:
     presets = {name: load_config(name, None, {}) for name in preset_names()}
     fields = inlined(schema["properties"], schema["$defs"])
     said = {
-        "title": "Preset",
+        "title": "preset",
         "type": "string",
         "enum": [PRESET, *(name for name in presets if name != PRESET)],
         "default": PRESET,
@@ -103,13 +103,73 @@ def inlined(schema: Any, definitions: Mapping[str, Any]) -> Any:
 
 
 def described(field: JsonSchemaValue, name: str, presets: Mapping[str, BaseModel]) -> JsonSchemaValue:
-    """Return a field without a default; its sentence, and those of fields within, name what presets say."""
+    """Return a field without a default; its sentence, and those of fields within, name what presets say.
+
+    It is called as in configuration files and options.
+    """
     values = {preset: getattr(config, name) for preset, config in presets.items()}
-    kept = {key: value for key, value in field.items() if key != "default"}
+    text = sentence(field["description"])
     if isinstance(values[PRESET], BaseModel):
         inner = {key: described(value, key, values) for key, value in field["properties"].items()}
-        return kept | {"properties": inner}
-    return kept | {"description": f"{sentence(field['description'])} {said_by(values)}"}
+        return {"title": name, "description": text, **folded(inner)}
+    kept = choice_of_lists(without_null({key: value for key, value in field.items() if key != "default"}))
+    return kept | {"title": name, "description": f"{text} {said_by(values)}"}
+
+
+def folded(fields: Mapping[str, JsonSchemaValue]) -> JsonSchemaValue:
+    """Return settings whose fields are shown once a person asks for them: all unfolded, a form is ten screens long.
+
+    Prefect's form says nothing of a wrong field within a choice and doesn't send it. So what it goes by has no bounds,
+    and what its server goes by has them.
+    """
+    own = {"type": "object", "title": "Own", "properties": fields, "additionalProperties": False}
+    choices = [{"type": "null", "title": "As the preset"}, shown(own)]
+    return {"anyOf": choices, "if": {"type": "object"}, "then": own}
+
+
+def shown(schema: JsonSchemaValue) -> JsonSchemaValue:
+    """Return of a schema what decides how a form shows it, so that everything that can be entered there is right."""
+    kept: JsonSchemaValue = {
+        key: schema[key] for key in ("title", "description", "type", "enum") if key in schema
+    }
+    if kept.get("type") == "integer":
+        kept["type"] = "number"
+    if "properties" in schema:
+        kept["properties"] = {name: shown(field) for name, field in schema["properties"].items()}
+    elif kept.get("type") == "object":
+        del kept["type"]  # an editor for JSON, whatever it holds
+    if "anyOf" in schema:
+        kept["anyOf"] = [shown(choice) for choice in schema["anyOf"]]
+    if items := schema.get("items") or schema.get("prefixItems", [None])[0]:
+        kept["items"] = shown(items)
+    return kept
+
+
+def without_null(field: JsonSchemaValue) -> JsonSchemaValue:
+    """Return a field without the choice of null, which an empty field is anyway."""
+    choices = [choice for choice in field.get("anyOf", ()) if choice != {"type": "null"}]
+    return (
+        {key: value for key, value in field.items() if key != "anyOf"} | choices[0]
+        if len(choices) == 1
+        else field
+    )
+
+
+def choice_of_lists(field: JsonSchemaValue) -> JsonSchemaValue:
+    """Return a list whose items are registered names or something else as a choice between two lists.
+
+    Prefect's form has an editor for JSON where each item is a choice; names alone it offers to be picked.
+    """
+    items = field.get("items", {})
+    if "anyOf" not in items:
+        return field
+    registered, other = items["anyOf"]
+    takes_all = other if other["type"] == "string" else items
+    lists = [
+        field | {"title": choice["title"], "items": own}
+        for choice, own in ((registered, registered), (other, takes_all))
+    ]
+    return {"anyOf": lists}
 
 
 def sentence(text: str) -> str:
@@ -123,6 +183,8 @@ def said_by(values: Mapping[str, object]) -> str:
     for preset, value in values.items():
         names.setdefault(default_text(value), []).append(preset)
     if len(names) == 1:
-        return f"Default: {next(iter(names))}."
+        return sentence(f"Default: {next(iter(names))}")
+    if all([text] == who for text, who in names.items()):
+        return "Default: the preset's own."
     by_value = "; ".join(f"{text} ({', '.join(who)})" for text, who in names.items())
     return f"Default: {by_value}."

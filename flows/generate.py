@@ -8,12 +8,11 @@ from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.errors import IncompleteError
-from plancurate.flows.artifacts import table_artifact
 from plancurate.flows.begin import begin
-from plancurate.flows.cli.console import console
 from plancurate.flows.forms import PoolConfig
 from plancurate.flows.label import label_all
 from plancurate.flows.progress import stage
+from plancurate.flows.run_page import show_table, tell
 from plancurate.flows.task_runs import is_transient, run_all, shared_runner
 from plancurate.tasks.candidates.postprocess_pool import shared_pool
 from plancurate.tasks.study import text
@@ -30,7 +29,7 @@ from plancurate.tasks.study.records import record_study
 
 
 @flow(name="generate", flow_run_name="generate {config.name}")
-def generate(config: PoolConfig, home: str | None = None) -> None:
+def generate(config: PoolConfig, home: str = "") -> None:
     """Fill the lake with candidates: one task run for each planner and target, its runs inside.
 
     Doing it again plans only what is missing; a larger study reuses what a smaller one left.
@@ -50,7 +49,7 @@ def generate(config: PoolConfig, home: str | None = None) -> None:
     record_study(study)
     say_what_pools_are_worth(study)
     planners = study.lake.query("results/planners", study=study.study).to_pylist()
-    table_artifact("planners", planners, "What each planner solved, and how long it took.")
+    show_table("planners", planners, "What each planner solved, and how long it took.")
 
 
 @task(task_run_name="sample targets", cache_policy=NO_CACHE, persist_result=False)
@@ -84,14 +83,10 @@ def plan_all(study: StudyContext, parts: list[Part]) -> None:
         )
 
 
-# The flow itself must not name the console: Prefect pickles what a flow names for other processes.
 def say_what_pools_are_worth(study: StudyContext) -> None:
     """Print how many candidates of each pool differ and in how many ways: curation can only choose among those."""
     for pool in study_pools(study.lake, study.study):
-        style = "yellow" if pool.degenerate else "dim"
-        console.print(
-            f"  {text.group(pool)}: {text.pool(pool)}", style=style, highlight=False, soft_wrap=True
-        )
+        tell(f"  {text.group(pool)}: {text.pool(pool)}", style="yellow" if pool.degenerate else "dim")
 
 
 # No tags: for a tagged task run Prefect asks its server for a concurrency slot, a tenth of the run's own work.

@@ -11,7 +11,7 @@ from prefect.cache_policies import NO_CACHE
 from pydantic import Field
 
 from plancurate.errors import IncompleteError
-from plancurate.flows.artifacts import table_artifact
+from plancurate.flows.run_page import show_table
 from plancurate.flows.verify import verify
 from plancurate.offers import offers
 from plancurate.tasks.candidates.payload import Payload
@@ -30,11 +30,11 @@ def predict(
     study: str,
     targets: list[Target],
     out: str = "motions/motion.csv",
-    scene: str | None = None,
-    selector: str | None = None,
+    scene: str = "",
+    selector: str = "",
     policy: Annotated[str, Field(json_schema_extra=offers(registered_policies))] | None = None,
     payload: Payload | None = None,
-    home: str | None = None,
+    home: str = "",
 ) -> list[dict[str, Any]]:
     """Make a verified motion to each target, m, and write them to `out`, below the home folder, numbered.
 
@@ -44,29 +44,27 @@ def predict(
         study: Name of a study that was run to its end.
         targets: Positions for the tool in the robot's frame, m.
         out: File for the motions, below the home folder; of several each is numbered before the ending.
-        scene: Scene of the study, where it has several.
+        scene: Scene of the study, where it has several; empty: the only one.
         selector: Selector that the policy learnt from, with or without its budget; empty: the study's best.
         policy: Policy; empty: the selector's best.
         payload: What the tool carries; empty: nothing.
         home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
     """
     root = Home.resolve(home).root
-    choice = Choice(study, scene=scene, selector=selector, policy=policy)
+    choice = Choice(study, scene=scene or None, selector=selector or None, policy=policy)
     records = make_motions(choice, targets, str(root / out), payload, home)
     for record in records:
         if record["file"]:
             verdict = verify(record["file"], record["robot"], record["scene"], MotionSettings(), payload)
             if not verdict["passed"]:
                 raise IncompleteError(f"{record['file']}: {verdict['first']['message']}")
-    table_artifact(
-        "motions", [row(record) for record in records], "Who made each motion, and how long it took."
-    )
+    show_table("motions", [row(record) for record in records], "Who made each motion, and how long it took.")
     return records
 
 
 @task(task_run_name="make motions", cache_policy=NO_CACHE, persist_result=False)
 def make_motions(
-    choice: Choice, targets: list[Target], out: str, payload: Payload | None, home: str | None
+    choice: Choice, targets: list[Target], out: str, payload: Payload | None, home: str
 ) -> list[dict[str, Any]]:
     """Make and write the motions; gives a record of each."""
     chosen = study_policy(Home.resolve(home), choice)

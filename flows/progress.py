@@ -9,8 +9,8 @@ from time import perf_counter
 
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from plancurate.flows.artifacts import ProgressArtifact
 from plancurate.flows.cli.console import console
+from plancurate.flows.run_page import PageProgress, tell
 
 
 class Bar:
@@ -19,7 +19,7 @@ class Bar:
     def __init__(self, progress: Progress, title: str, total: int, unit: str) -> None:
         self._progress, self._lock, self._total, self._unit = progress, Lock(), total, unit
         self._task = progress.add_task(title, total=total, note="")
-        self._artifact = ProgressArtifact(title)
+        self._page = PageProgress(title, 0.0 if total else 1.0)
         self.done = self.failed = 0.0
 
     def advance(self, done: float = 1, failed: int = 0) -> None:
@@ -27,7 +27,7 @@ class Bar:
         with self._lock:
             self.done, self.failed = self.done + done, self.failed + failed
             self._progress.update(self._task, completed=self.done, note=self.note())
-            self._artifact.show(self.done / self._total)
+            self._page.show(self.done / self._total)
 
     def note(self) -> str:
         """Counts in words."""
@@ -53,4 +53,4 @@ def stage(title: str, total: int, unit: str) -> Iterator[Bar]:
         bar = Bar(progress, title, total, unit)
         yield bar
     seconds = f"[dim]{perf_counter() - start:.1f} s[/]"
-    console.print(f"[green]✓[/] {title:<9} {bar.note()}  {seconds}", highlight=False)
+    tell(f"[green]✓[/] {title:<9} {bar.note()}  {seconds}")

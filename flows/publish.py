@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from prefect import flow, task
-from prefect.artifacts import create_markdown_artifact
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.cli.tables import matrix_markdown
 from plancurate.flows.forms import WholeConfig
 from plancurate.flows.progress import stage
+from plancurate.flows.run_page import show_text, write_log
 from plancurate.flows.task_runs import run_all
 from plancurate.tasks.lake.catalog import write_catalog
 from plancurate.tasks.lake.home import Home
@@ -31,7 +31,7 @@ from plancurate.tasks.study.tracking import finish_study, log_report
 
 
 @flow(name="publish", flow_run_name="publish {config.name}")
-def publish(config: WholeConfig, home: str | None = None) -> list[str]:
+def publish(config: WholeConfig, home: str = "") -> list[str]:
     """Log results and model of every network, after its last round, to MLflow and write the study's report.
 
     Gives what became of the champions, a line each.
@@ -79,9 +79,10 @@ def write_tables(study: StudyRef) -> tuple[str, Metrics, dict[str, Metrics]]:
     results = study_results(opened.lake, opened.study)
     report = build_report(results, study_pictures(opened.home, results))
     write_report(report, opened.home.reports / opened.study)
-    description = f"Report of study {opened.study}"
-    create_markdown_artifact(markdown(report, figures=False), key="results", description=description)
-    create_markdown_artifact(figures_markdown(report), key="figures", description=description)
+    show_text("results", markdown(report, figures=False), f"The verdict and the tables of {opened.study}.")
+    show_text("figures", figures_markdown(report), f"The figures of {opened.study}.")
+    for sentence in report.verdict:
+        write_log(sentence)
     verdict = "\n".join(f"- {sentence}" for sentence in report.verdict)
     table = f"{verdict}\n\n## Success in percent\n\n{matrix_markdown(results.headline)}"
     summaries = results.headline.summaries

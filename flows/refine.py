@@ -17,7 +17,7 @@ from plancurate.tasks.study.selections import study_selections
 
 
 @flow(name="refine", flow_run_name="refine {config.name}")
-def refine(config: CorrectedConfig, home: str | None = None) -> None:
+def refine(config: CorrectedConfig, home: str = "") -> None:
     """Do the study's rounds of corrections as far as they are missing: one task run for each network and round.
 
     Args:

@@ -9,15 +9,16 @@ from prefect.cache_policies import NO_CACHE
 from prefect.client.schemas.objects import State
 from prefect.states import Completed
 from pydantic import Field
+from rich.markup import escape
 
 from plancurate.errors import IncompleteError
-from plancurate.flows.cli.console import console
 from plancurate.flows.curate import curate
 from plancurate.flows.evaluate import evaluate
 from plancurate.flows.forms import WholeConfig
 from plancurate.flows.generate import generate
 from plancurate.flows.publish import publish
 from plancurate.flows.refine import refine
+from plancurate.flows.run_page import one_page, tell
 from plancurate.flows.task_runs import shared_runner
 from plancurate.flows.train import train
 from plancurate.tasks.lake.home import Home
@@ -33,7 +34,7 @@ Grow = Annotated[int, Field(ge=0, le=MOST_TARGETS)]
 
 
 @flow(name="study", flow_run_name="study {config.name}")
-def study(config: WholeConfig, grow: Grow = 0, home: str | None = None) -> State[None]:
+def study(config: WholeConfig, grow: Grow = 0, home: str = "") -> State[None]:
     """Plan, curate, train, refine, evaluate and publish; every stage does only what the home folder lacks.
 
     What the run did is the message of its final state, and its last line.
@@ -47,7 +48,7 @@ def study(config: WholeConfig, grow: Grow = 0, home: str | None = None) -> State
     config = grown(config, Home.resolve(home), grow)
     opened = open_study(config, Home.resolve(home))
     ensure_store(opened.home.mlflow_db)  # a tracking server that is away is said now, not after the work
-    with exclusive(opened.home, opened.study), shared_runner(config):
+    with exclusive(opened.home, opened.study), shared_runner(config), one_page():
         tested_before = held_evaluations(opened)
         generate(config, home)
         curate(config, home)
@@ -57,18 +58,12 @@ def study(config: WholeConfig, grow: Grow = 0, home: str | None = None) -> State
         champions = publish(config, home)
         audit(config, home)
         line = run_line(opened, tested_before, champions)
-    say(line)
+    tell(escape(line))
     return Completed(message=line)
 
 
 @task(task_run_name="audit", cache_policy=NO_CACHE, persist_result=False)
-def audit(config: StudyConfig, home: str | None) -> None:
+def audit(config: StudyConfig, home: str) -> None:
     """Check what the study wrote; raises IncompleteError that names every broken rule."""
     if broken := audit_study(open_study(config, Home.resolve(home))):
         raise IncompleteError("; ".join(broken))
-
-
-# The flow itself must not name the console: Prefect pickles what a flow names for other processes.
-def say(line: str) -> None:
-    """Print what the run did."""
-    console.print(line, highlight=False, markup=False, soft_wrap=True)

@@ -21,7 +21,7 @@ from plancurate.tasks.study.selections import study_selections
 
 
 @flow(name="train", flow_run_name="train {config.name}")
-def train(config: NetworksConfig, home: str | None = None) -> None:
+def train(config: NetworksConfig, home: str = "") -> None:
     """Train what the home folder does not hold yet: one task run for some networks of a policy at once.
 
     Args:

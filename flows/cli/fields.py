@@ -13,7 +13,7 @@ from plancurate.flows.cli.console import output
 from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.study.config import StudyConfig
 
-LONGEST_DEFAULT = 40  # characters
+LONGEST_DEFAULT = 60  # characters
 
 
 def fields() -> None:

@@ -65,7 +65,9 @@ class PlanSettings(Settings):
         default=100_000, gt=0, description="collision checks of states after which a run ends"
     )
     polls: int = Field(
-        default=20_000, gt=0, description="questions whether to go on, ditto: some never check"
+        default=20_000,
+        gt=0,
+        description="questions whether to go on after which a run ends; some planners check no states",
     )
     seconds: float = Field(
         default=30, gt=0, description="safety net, s; runs that it ends depend on the machine"

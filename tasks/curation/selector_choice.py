@@ -44,7 +44,7 @@ class SelectorChoice(BaseModel):
         """Say in forms that a name alone will do."""
         from plancurate.tasks.curation.selectors.base import selector_names  # DuckDB, as below
 
-        named = {"type": "string", "title": "Name", "enum": selector_names()}
+        named = {"type": "string", "title": "Registered", "enum": selector_names()}
         mapping = {
             "type": "object",
             "title": "With parameters",

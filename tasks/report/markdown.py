@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,6 +10,8 @@ import yaml
 
 from plancurate.tasks.report.contents import Figure, Report, Table
 
+CODE = re.compile(r"(`[^`|]*`)")
+SIGNS = re.compile(r"[\\|*_\[\]<]")
 FIGURES = "figures"
 """Folder of the figures' files, beside report.md."""
 
@@ -16,9 +19,9 @@ FIGURES = "figures"
 def markdown(report: Report, *, figures: bool = True) -> str:
     """The whole report; without figures where there is no folder to link to."""
     verdict = "\n".join(f"- {_escaped(sentence)}" for sentence in report.verdict)
-    parts = [f"# Study {report.name}", verdict, report.overview]
+    parts = [f"# Study {report.name}", verdict, _escaped(report.overview)]
     for section in report.sections:
-        parts += [f"## {section.title}", section.text]
+        parts += [f"## {section.title}", _escaped(section.text)]
         if figures:
             parts += [_figure(figure) for figure in section.figures]
         parts += [_table(table) for table in section.tables]
@@ -36,13 +39,15 @@ def _figure(figure: Figure) -> str:
         f"![{_escaped(caption)}]({FIGURES}/{figure_file(figure, number)})"
         for number, (caption, _) in enumerate(figure.pictures)
     ]
-    return "\n\n".join([f"### {figure.title}", figure.note, "\n".join(links)])
+    return "\n\n".join([f"### {_escaped(figure.title)}", _escaped(figure.note), "\n".join(links)])
 
 
 def _table(table: Table[Any]) -> str:
     lines = [_line(table.headers), "|" + " --- |" * len(table.headers), *map(_line, table.cells)]
     commands = "\n".join(query.command for query in table.queries)
-    return "\n\n".join([f"### {table.title}", table.note, "\n".join(lines), f"```sh\n{commands}\n```"])
+    return "\n\n".join(
+        [f"### {_escaped(table.title)}", _escaped(table.note), "\n".join(lines), f"```sh\n{commands}\n```"]
+    )
 
 
 def _line(cells: Sequence[str]) -> str:
@@ -50,6 +55,6 @@ def _line(cells: Sequence[str]) -> str:
 
 
 def _escaped(text: str) -> str:
-    for sign in ("\\", "|", "*", "_", "[", "]", "<"):
-        text = text.replace(sign, f"\\{sign}")
-    return text
+    """Return text as it is to be read; what stands between back quotes is read as it is anyway."""
+    parts = CODE.split(text)
+    return "".join(part if CODE.fullmatch(part) else SIGNS.sub(r"\\\g<0>", part) for part in parts)

@@ -75,13 +75,14 @@ class StudyConfig(Settings):
     pools: dict[Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")], dict[str, Any]] = Field(
         default={},
         description="Variants of `candidates` by name, each with the fields that differ, such as "
-        "{raw: {plan: {simplification: 'off'}}}; each is a pool of its own in every scene. "
+        '{"raw": {"plan": {"simplification": "off"}}}; each is a pool of its own in every scene. '
         "Empty: `candidates` as it is.",
     )
     selectors: tuple[Choice, ...] = Field(
         tuple(SelectorChoice.model_construct(name=name) for name in BASIC_SELECTORS),
         min_length=1,
-        description="Selectors to compare, by name or with parameters: {name: BehaviorRetrieval, task: shortest}.",
+        description="Selectors to compare, by name or with parameters: "
+        '{"name": "BehaviorRetrieval", "task": "shortest"}.',
     )
     budgets: tuple[int, ...] = Field((20,), min_length=1, description="Trajectories kept for each target.")
     selection_seeds: tuple[Seed, ...] = Field(

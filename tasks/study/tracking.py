@@ -24,11 +24,9 @@ if TYPE_CHECKING:
 
 NOTE = "mlflow.note.content"
 VIEW_LINK = "#/experiments/{}/runs?viewStateShareKey=results&workflowType=machine_learning"
-VIEW_COLUMNS = {
-    "params": ("selector", "budget", "policy", "seed"),
-    "metrics": ("success_rate", "success_rate_ci_low", "success_rate_ci_high", "settled_rate",
-                "final_distance", "path_length", "joint_movement", "selection_time_s", "train_time_s"),
-}  # fmt: skip
+VIEW_METRICS = ("success_rate", "success_rate_ci_low", "success_rate_ci_high")
+VIEW_PARAMS = ("selector", "policy")  # no more than a page shows at once; a run's name has the rest
+SECTION = "success"
 MAX_NOTE = 5000  # MLflow cuts longer tags of an experiment off in silence
 
 
@@ -111,9 +109,11 @@ def finish_study(
     if table:
         client.log_text(study.run_id, table, "results.md")
         client.set_tag(study.run_id, NOTE, _shortened(table, MAX_NOTE))
+        verdict, _, rows = table.partition("\n\n")
         link = f"[All runs, best first]({VIEW_LINK.format(study.experiment_id)})"
-        note = _shortened(table, MAX_NOTE - len(link) - 2)
-        client.set_experiment_tag(study.experiment_id, NOTE, f"{note}\n\n{link}")
+        head = f"{_shortened(verdict, MAX_NOTE - len(link) - 2)}\n\n{link}"
+        note = _shortened(f"{head}\n\n{rows}", MAX_NOTE) if rows else head
+        client.set_experiment_tag(study.experiment_id, NOTE, note)
     client.set_terminated(study.run_id, status)
 
 
@@ -135,11 +135,32 @@ def _experiment(client: MlflowClient, uri: str, artifacts: Path, name: str) -> s
 
 
 def _view() -> str:
-    """State of the page of runs that shows the children, best first, with what one compares them by."""
-    columns = [f"{kind}.`{name}`" for kind, names in VIEW_COLUMNS.items() for name in names]
-    only_children = "metrics.success_rate >= 0"
-    order = {"orderByKey": "metrics.`success_rate`", "orderByAsc": False}
-    return json.dumps({"searchFilter": only_children, "selectedColumns": columns, **order})
+    """State of the page of runs that shows the children, best first, as a table and as charts."""
+    state = {
+        "searchFilter": "metrics.success_rate >= 0",  # only the children have it
+        "orderByKey": "metrics.`success_rate`",
+        "orderByAsc": False,
+        "selectedColumns": [f"metrics.`{name}`" for name in VIEW_METRICS]
+        + [f"params.`{name}`" for name in VIEW_PARAMS],
+        "runsVisibilityMode": "SHOWALL",
+        "compareRunSections": [{"uuid": SECTION, "name": "Success", "display": True, "isReordered": False}],
+        "compareRunCharts": [
+            _chart(
+                "PARALLEL",
+                "by-selector",
+                selectedParams=VIEW_PARAMS,
+                selectedMetrics=["success_rate"],
+                showAllRuns=True,
+            ),
+            *(_chart("BAR", name, metricKey=name, runsCountToCompare=20) for name in VIEW_METRICS),
+        ],
+    }
+    return json.dumps(state)
+
+
+def _chart(kind: str, name: str, **what: Any) -> dict[str, Any]:
+    place = {"uuid": name, "metricSectionId": SECTION, "deleted": False, "isGenerated": False}
+    return {"type": kind, **place, **what}
 
 
 def _below(client: MlflowClient, experiment_id: str, study: str) -> tuple[frozenset[str], dict[str, str]]:

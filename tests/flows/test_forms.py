@@ -44,10 +44,15 @@ def form(flow: Flow[..., Any]) -> dict[str, Any]:
 def leaves(schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """All fields that can be filled in, those of settings within settings too."""
     for name, field in schema["properties"].items():
-        if "properties" in field:
-            yield from leaves(field)
+        if folded(field):
+            yield from leaves(field["anyOf"][1])
         elif name != "preset":
             yield field
+
+
+def folded(field: dict[str, Any]) -> bool:
+    """Whether a field stands for settings that one asks for first."""
+    return [choice.get("title") for choice in field.get("anyOf", ())] == ["As the preset", "Own"]
 
 
 def test_there_is_a_deployment_for_every_stage() -> None:
@@ -71,6 +76,8 @@ def test_a_form_begins_with_the_preset_and_says_of_every_field_what_presets_have
     for field in leaves(config):
         assert "default" not in field  # it would be sent, and lie over the preset's
         assert ". Default: " in field["description"]
+        assert {"type": "null"} not in field.get("anyOf", ())
+        assert "anyOf" not in field.get("items", ())  # Prefect shows such a list as an editor for JSON
     assert all(parameter["description"] for parameter in form(flows[name]).values())
 
 
@@ -88,11 +95,13 @@ def test_a_stage_asks_for_what_it_works_on_and_does_and_for_nothing_after_it(
 def test_a_form_lists_what_is_registered(flows: dict[str, Flow[..., Any]]) -> None:
     fields = form(flows["study"])["config"]["properties"]
     assert fields["robot"]["anyOf"][0]["enum"] == robot_names()
-    assert fields["scenes"]["items"]["anyOf"][0]["enum"] == scene_names()
+    assert fields["scenes"]["anyOf"][0]["items"]["enum"] == scene_names()
     assert fields["planners"]["items"]["enum"] == source_names()
     assert fields["policies"]["items"]["enum"] == policy_names()
-    assert fields["selectors"]["items"]["anyOf"][0]["enum"] == selector_names()
-    assert fields["training"]["properties"]["observation"]["items"]["enum"] == term_names()
+    assert fields["selectors"]["anyOf"][0]["items"]["enum"] == selector_names()
+    assert folded(fields["training"])
+    training = fields["training"]["anyOf"][1]["properties"]
+    assert training["observation"]["items"]["enum"] == term_names()
     assert form(flows["predict"])["policy"]["anyOf"][0]["enum"] == policy_names()
 
 
@@ -120,7 +129,7 @@ def test_a_form_takes_files_and_parameters(flows: dict[str, Flow[..., Any]]) -> 
         "scenes": ["free", "my/shelf.yaml"],
         "robot": "my_arm",
         "selectors": ["General", {"name": "BehaviorRetrieval", "task": "shortest"}],
-        "candidates": {"targets": {"range_m": None}},
+        "candidates": {"targets": None, "plan": {"runs": 1}},
     }
     schema = flows["study"].parameters.model_dump()
     assert validate({"config": config, "grow": 5}, schema) == []

@@ -427,6 +427,8 @@ def test_page_markdown_and_json_are_written_with_the_same_tables(report: Report,
     for link in re.findall(r"!\[[^]]*\]\(([^)]*)\)", text):
         ET.parse(tmp_path / "tiny" / link)
     assert "![" not in markdown(report, figures=False)
+    assert r"p below 0.05 (\*), 0.01 (\*\*) or 0.001 (\*\*\*)" in text  # not from italic to bold
+    assert "`selection_seeds`" in text
     again = load_config("quick", tmp_path / "tiny" / "config.yaml", {})
     assert again.model_dump(mode="json") == report.setup["configuration"]
 

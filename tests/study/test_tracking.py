@@ -250,8 +250,8 @@ def test_the_experiment_links_to_a_view_of_its_runs_whose_columns_exist(
     from mlflow import MlflowClient
 
     study = begin()
-    tracking.log_child(study, replace(child, metrics=dict.fromkeys(tracking.VIEW_COLUMNS["metrics"], 0.5)))
-    tracking.finish_study(study, "table", {}, {})
+    tracking.log_child(study, replace(child, metrics=dict.fromkeys(tracking.VIEW_METRICS, 0.5)))
+    tracking.finish_study(study, "the verdict\n\nthe table", {}, {})
     tags = MlflowClient(study.uri).get_experiment(study.experiment_id).tags
     (shared,) = re.findall(r"viewStateShareKey=(\w+)", tags["mlflow.note.content"])
     view = json.loads(tags[f"mlflow.sharedViewState.{shared}"])
@@ -259,7 +259,11 @@ def test_the_experiment_links_to_a_view_of_its_runs_whose_columns_exist(
     logged = {f"params.`{name}`" for name in run.data.params} | {
         f"metrics.`{name}`" for name in run.data.metrics
     }
-    assert {view["orderByKey"], *view["selectedColumns"]} <= logged
+    charted = {
+        f"metrics.`{chart['metricKey']}`" for chart in view["compareRunCharts"] if "metricKey" in chart
+    }
+    assert {view["orderByKey"], *view["selectedColumns"], *charted} <= logged
+    assert re.fullmatch(r"the verdict\n\n\[.*\]\(.*\)\n\nthe table", tags["mlflow.note.content"])
 
 
 def test_a_long_table_is_cut_between_lines_and_kept_whole_as_a_file(
