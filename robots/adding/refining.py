@@ -77,7 +77,7 @@ class Surfaces:
 def refined(model: Model, solids: Mapping[str, Solid], most: int) -> Shapes:
     """Return primitives for each link's triangles, at most `most` before those that false touches ask for."""
     meshed = {link: solid.triangles for link, solid in solids.items() if len(solid.triangles)}
-    rooms, fitted = _fitted_alone(meshed, most)
+    rooms, fitted = fitted_alone(meshed, most)
     surfaces, states = Surfaces(model, solids), model.draw(DRAWS, seed=2)
     touches = false_touches(model, fitted, surfaces, states)
     for number in range(1, ROUNDS + 1):
@@ -93,7 +93,7 @@ def refined(model: Model, solids: Mapping[str, Solid], most: int) -> Shapes:
     return {link: (*solid.shapes, *fitted.get(link, ())) for link, solid in solids.items()}
 
 
-def _fitted_alone(meshed: Mapping[str, FloatArray], most: int) -> tuple[dict[str, Surroundings], Shapes]:
+def fitted_alone(meshed: Mapping[str, FloatArray], most: int) -> tuple[dict[str, Surroundings], Shapes]:
     """Surroundings and primitives of each link; links with the same mesh, as fingers have, are fitted once."""
     once: dict[bytes, tuple[Surroundings, tuple[Shape, ...]]] = {}
     for triangles in meshed.values():
