@@ -25,7 +25,7 @@ def curate(config: SelectionsConfig, home: str = "") -> None:
         config: The study: a preset, and what is different from it.
         home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
     """
-    study = begin(config, home, "ways", "selections", "studies")
+    study = begin(config, home, "ways", "selections", "rankings", "studies")
     label_all(study)  # candidates that other studies planned
     wanted = study_selections(study)
     record_study(study)

@@ -77,8 +77,7 @@ class Surfaces:
 def refined(model: Model, solids: Mapping[str, Solid], most: int) -> Shapes:
     """Return primitives for each link's triangles, at most `most` before those that false touches ask for."""
     meshed = {link: solid.triangles for link, solid in solids.items() if len(solid.triangles)}
-    rooms = {link: surroundings(triangles) for link, triangles in meshed.items()}
-    fitted = {link: fit(triangles, most, rooms[link]) for link, triangles in meshed.items()}
+    rooms, fitted = fitted_alone(meshed, most)
     surfaces, states = Surfaces(model, solids), model.draw(DRAWS, seed=2)
     touches = false_touches(model, fitted, surfaces, states)
     for number in range(1, ROUNDS + 1):
@@ -92,6 +91,18 @@ def refined(model: Model, solids: Mapping[str, Solid], most: int) -> Shapes:
             fitted, touches = tried, found
         rooms |= asked
     return {link: (*solid.shapes, *fitted.get(link, ())) for link, solid in solids.items()}
+
+
+def fitted_alone(meshed: Mapping[str, FloatArray], most: int) -> tuple[dict[str, Surroundings], Shapes]:
+    """Surroundings and primitives of each link; links with the same mesh, as fingers have, are fitted once."""
+    once: dict[bytes, tuple[Surroundings, tuple[Shape, ...]]] = {}
+    for triangles in meshed.values():
+        if (mesh := triangles.tobytes()) not in once:
+            room = surroundings(triangles)
+            once[mesh] = room, fit(triangles, most, room)
+    found = {link: once[triangles.tobytes()] for link, triangles in meshed.items()}
+    rooms = {link: room for link, (room, _) in found.items()}
+    return rooms, {link: shapes for link, (_, shapes) in found.items()}
 
 
 def false_touches(model: Model, fitted: Shapes, surfaces: Surfaces, states: FloatArray) -> list[FalseTouch]:

@@ -45,7 +45,8 @@ def curate(
 ) -> Selection:
     """Return a study's selection, made now or found in the lake; `metadata` goes in its part's footer.
 
-    What another study selected from the same pool in the same way is taken over, measured times included.
+    What another study selected from the same pool in the same way is taken over, measured times included. One whose
+    part of `rankings` is lost is made again for that part alone.
     `learning` are the study's settings, for selectors that train, roll out or time.
     PlancurateError for a budget below 1.
     """
@@ -53,10 +54,10 @@ def curate(
     partition = {**pool.partition, "study": study}
     own = key in lake.keys("selections", partition)
     known = partition if own else lake.locate("selections", pool.partition, key)
-    if known is not None:
-        selection = replace(stored_selection(lake, known, key), selector=choice.label)
-    else:
-        selection = select(
+    ranked = not choice.selector.estimated or key in lake.keys("rankings", pool.partition)
+    selection = known and replace(stored_selection(lake, known, key), selector=choice.label)
+    if not selection or not ranked:
+        made = select(
             choice.name,
             pool,
             budget,
@@ -68,9 +69,10 @@ def curate(
             learning=learning,
             clock=clock,
         )
-    if selection.split_half is not None:
-        row = pa.table({"selection_id": [key], "split_half": [selection.split_half]})
-        lake.write("rankings", pool.partition, key, row, metadata)
+        if choice.selector.estimated:
+            row = pa.table({"selection_id": [key], "split_half": [made.split_half]})
+            lake.write("rankings", pool.partition, key, row, metadata)
+        selection = selection or made
     if not own:
         lake.write("selections", partition, key, selection.rows(), metadata)
     return selection

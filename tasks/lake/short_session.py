@@ -58,6 +58,16 @@ def short_session(root: Path, parts: Mapping[str, Sequence[Path]]) -> Iterator[d
     _keep(session)
 
 
+@contextmanager
+def own_session(root: Path, parts: Mapping[str, Sequence[Path]]) -> Iterator[duckdb.DuckDBPyConnection]:
+    """A connection with such views that is the caller's alone and in which tables may be made; it does not wait."""
+    session = _opened(root, parts)
+    try:
+        yield session.connection
+    finally:
+        session.close()
+
+
 def _waiting(root: Path, parts: Mapping[str, Sequence[Path]]) -> _Session | None:
     """Take the session over these parts that was used last from those that wait, if there is one."""
     with _guard:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from plancurate.errors import PlancurateError
+from plancurate.tasks.lake.held import held
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.settings import TESTS_BY_DISTANCE
 from plancurate.tasks.study.pools import study_pools
@@ -71,6 +72,11 @@ class StudyResults:
 
 def study_results(lake: Lake, study: str) -> StudyResults:
     """Compute every result of a study, by its identifier; PlancurateError when it has no trials yet."""
+    with held(lake, study) as lake:
+        return _results(lake, study)
+
+
+def _results(lake: Lake, study: str) -> StudyResults:
     record = recorded_study(lake, study)
     tests = {kind: one for kind in KINDS if (one := kind_results(lake, study, kind)).networks}
     if not tests:

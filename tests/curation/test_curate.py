@@ -18,6 +18,7 @@ from plancurate.tasks.curation.selector_choice import SelectorChoice
 from plancurate.tasks.curation.selectors import base as registry
 from plancurate.tasks.curation.selectors.base import Kept, Problem, Settings, selector, selector_names
 from plancurate.tasks.curation.selectors.selection import Selection
+from plancurate.tasks.lake.mend import mend
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 
@@ -193,12 +194,17 @@ def test_a_selector_of_ones_own_may_look_at_waypoints(small_lake: Lake) -> None:
     assert len(selection.ids) == 3
 
 
-def test_how_stably_scores_rank_is_kept_once_for_all_studies(small_lake: Lake) -> None:
-    @selector("Estimated")
-    def estimated(problem: Problem, settings: Settings) -> Kept:
+@pytest.fixture
+def estimated() -> None:
+    """A selector that says how stably it ranks."""
+
+    @selector("Estimated", estimated=True)
+    def first(problem: Problem, settings: Settings) -> Kept:
         """Keep the first candidates, with scores that are estimated from rollouts."""
         return Kept(np.arange(problem.budget), split_half=0.25)
 
+
+def test_how_stably_scores_rank_is_kept_once_for_all_studies(small_lake: Lake, estimated: None) -> None:
     pool = load_pool(small_lake, PARTITION)
     first = curate(small_lake, pool, "Estimated", 3, 0)
     again = curate(small_lake, pool, "Estimated", 3, 0, study="two-12345678")
@@ -207,3 +213,31 @@ def test_how_stably_scores_rank_is_kept_once_for_all_studies(small_lake: Lake) -
     assert small_lake.sql("SELECT selection_id, split_half FROM rankings").to_pylist() == [
         {"selection_id": first.selection_id, "split_half": 0.25}
     ]
+
+
+def test_a_damaged_part_of_rankings_is_made_again_beside_the_selection_that_is_there(
+    small_lake: Lake, estimated: None
+) -> None:
+    pool = load_pool(small_lake, PARTITION)
+    first = curate(small_lake, pool, "Estimated", 3, 0)
+    before = small_lake.read("rankings", PARTITION)
+    path = small_lake.folder("rankings", PARTITION) / f"part-{first.selection_id}.parquet"
+    path.write_bytes(path.read_bytes()[:-1])
+    assert [damage.path for damage in mend(small_lake, "rankings", PARTITION)] == [path]
+    again = curate(small_lake, pool, "Estimated", 3, 0)
+    assert small_lake.read("rankings", PARTITION).equals(before)
+    assert (again.ids, again.selection_time_s) == (first.ids, first.selection_time_s)
+    assert small_lake.damage() == []
+
+
+@pytest.mark.parametrize(("says", "split_half"), [(True, None), (False, 0.25)])
+def test_a_selector_that_ranks_otherwise_than_it_says_is_a_mistake(
+    small_lake: Lake, says: bool, split_half: float | None
+) -> None:
+    @selector("Confused", estimated=says)
+    def confused(problem: Problem, settings: Settings) -> Kept:
+        """Keep the first candidates."""
+        return Kept(np.arange(problem.budget), split_half=split_half)
+
+    with pytest.raises(ValueError, match=f"Confused: estimated={says}, but split_half={split_half}"):
+        curate(small_lake, load_pool(small_lake, PARTITION), "Confused", 3, 0)

@@ -7,6 +7,9 @@ import signal
 import subprocess
 import time
 from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
 
 from plancurate import sql
 from plancurate.tasks.lake.store import Lake
@@ -36,7 +39,7 @@ def kill_after_parts(words: list[str], home: Path, table: str, count: int, **var
     process.wait()
 
 
-def content(home: Path, statement: str) -> list[dict[str, object]]:
+def content(home: Path, statement: str) -> list[dict[str, Any]]:
     return list(Lake(home / "lake").sql(statement).to_pylist())
 
 
@@ -81,9 +84,12 @@ def test_damage_in_any_table_is_made_again_and_said(
     smoke: Studied, plancurate_on_shared_server: Command, tmp_path: Path
 ) -> None:
     home = shutil.copytree(smoke.untouched, tmp_path / "home")
+    (pool,) = content(home, "SELECT DISTINCT robot, scene, pool FROM targets")
+    row = pa.table({"selection_id": ["CUPID-k2"], "split_half": [0.5]})
+    Lake(home / "lake").write("rankings", pool, "CUPID-k2", row, {})  # no selector of the preset ranks
     lost = [
         next(path for path in sorted((home / "lake" / name).rglob("part-*.parquet")) if "=_" not in str(path))
-        for name in ("targets", "trajectories", "studies", "selections", "evaluations")
+        for name in ("targets", "trajectories", "studies", "selections", "rankings", "evaluations")
     ]
     lost.append(min((home / "models").glob("*/policy.safetensors")))
     for path in lost:

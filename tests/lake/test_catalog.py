@@ -16,6 +16,8 @@ from plancurate.tasks.lake.comments import COLUMNS
 from plancurate.tasks.lake.schema import TABLES
 from plancurate.tasks.lake.store import Lake
 
+from ..lakes import copied
+
 
 def count(catalog: Path, folder: Path) -> int:
     """Rows of trajectories by a process that works in another folder and knows nothing of plancurate."""
@@ -29,6 +31,12 @@ def count(catalog: Path, folder: Path) -> int:
         check=True,
     )
     return int(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def catalog(small_lake_once: Lake, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The catalog of the small lake, for tests that read what it defines."""
+    return write_catalog(copied(small_lake_once, tmp_path_factory.mktemp("catalog")).root)
 
 
 def test_the_catalog_opens_the_lake_from_any_folder(small_lake: Lake, tmp_path: Path) -> None:
@@ -172,16 +180,16 @@ def test_a_user_can_neither_write_nor_leave_the_lake(small_lake: Lake, statement
 
 @pytest.mark.parametrize("name", TABLES)
 @pytest.mark.parametrize("rest", ["", " ORDER BY 1 LIMIT 5"])
-def test_a_look_through_the_catalog_lists_the_folder_once(small_lake: Lake, name: str, rest: str) -> None:
+def test_a_look_through_the_catalog_lists_the_folder_once(catalog: Path, name: str, rest: str) -> None:
     # DuckDB may turn one reading of a view into two scans that list the folder one after the other; a part
     # that is removed in between would be missed.
-    with duckdb.connect(str(write_catalog(small_lake.root)), read_only=True) as connection:
+    with duckdb.connect(str(catalog), read_only=True) as connection:
         plan = connection.execute(f"EXPLAIN SELECT * FROM {name}{rest}").fetchall()[0][1]
     assert plan.count("READ_PARQUET") == 1
 
 
-def test_every_view_and_column_is_explained_to_whoever_opens_the_catalog(small_lake: Lake) -> None:
-    with duckdb.connect(str(write_catalog(small_lake.root)), read_only=True) as connection:
+def test_every_view_and_column_is_explained_to_whoever_opens_the_catalog(catalog: Path) -> None:
+    with duckdb.connect(str(catalog), read_only=True) as connection:
         views = dict(
             connection.sql("SELECT view_name, comment FROM duckdb_views() WHERE NOT internal").fetchall()
         )
@@ -199,8 +207,8 @@ def test_every_view_and_column_is_explained_to_whoever_opens_the_catalog(small_l
     assert columns["evaluations", "steps"] != columns["selections", "steps"]
 
 
-def test_nothing_is_explained_that_is_not_there(small_lake: Lake) -> None:
-    with duckdb.connect(str(write_catalog(small_lake.root)), read_only=True) as connection:
+def test_nothing_is_explained_that_is_not_there(catalog: Path) -> None:
+    with duckdb.connect(str(catalog), read_only=True) as connection:
         rows = connection.sql(
             "SELECT table_name, column_name FROM duckdb_columns() WHERE NOT internal"
         ).fetchall()

@@ -1,10 +1,8 @@
-"""Merging of parts; this file is also the program that readers and writers at work run."""
+"""Merging of parts, also while others read and write."""
 
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +17,8 @@ from plancurate.tasks.lake.compact import compact
 from plancurate.tasks.lake.manifest import read_manifest
 from plancurate.tasks.lake.schema import table
 from plancurate.tasks.lake.store import Lake
+
+from ..processes import processes
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0123"}
 PARTS = 40
@@ -175,23 +175,19 @@ def test_readers_at_work_see_every_row_once(tmp_path: Path) -> None:
     lake = Lake(tmp_path / "lake")
     fill(lake, 0, PARTS)
     write_catalog(lake.root)
-    jobs = ("look_through_lake", "look_through_catalog", "write_on")
-    at_work = [subprocess.Popen([sys.executable, __file__, job, str(tmp_path)]) for job in jobs]
+    jobs = ((read_on, look_through_lake), (read_on, look_through_catalog), (write_on,))
+    at_work = [processes.Process(target=job, args=(tmp_path, *how)) for job, *how in jobs]
+    for process in at_work:
+        process.start()
     removed, looks, end = 0, 0, time.monotonic() + 40
     while (removed < 2 * PARTS or looks < 20) and time.monotonic() < end:
         removed += compact(lake, "targets", POOL, {}, grace_s=0.5)
         looks = min((len(path.read_text().split()) for path in tmp_path.glob("looks-*")), default=0)
         time.sleep(0.05)
     (tmp_path / "stop").touch()
-    assert [process.wait(timeout=30) for process in at_work] == [0, 0, 0]
+    for process in at_work:
+        process.join(30)
+    assert [process.exitcode for process in at_work] == [0, 0, 0]
     assert len(list(tmp_path.glob("looks-*"))) == 2
     assert removed >= PARTS
     assert looks >= 5
-
-
-if __name__ == "__main__":
-    place = Path(sys.argv[2])
-    if sys.argv[1] == "write_on":
-        write_on(place)
-    else:
-        read_on(place, {f.__name__: f for f in (look_through_lake, look_through_catalog)}[sys.argv[1]])

@@ -12,7 +12,7 @@ from plancurate.tasks.lake.mend import mend
 from plancurate.tasks.lake.parts import sweep
 from plancurate.tasks.lake.store import Lake
 
-from ..write_faults import faulted_at_every_write, files
+from ..write_faults import WriteFaults, files
 from .test_damage import OTHER, POOL, rows
 
 Job = Callable[[Path], object]
@@ -64,12 +64,11 @@ def test_a_fault_at_any_write_leaves_a_lake_that_the_same_command_finishes(
     fewest: int,
     held: set[str],
     tmp_path: Path,
-    write_faults: dict[str, str],
+    write_faults: WriteFaults,
 ) -> None:
     before(tmp_path / "before")
-    work = f"from {__name__} import {job.__name__} as work"
     places = (tmp_path / "faults", tmp_path / "before")
-    faulted, undisturbed = faulted_at_every_write(fault, work, *places, write_faults)
+    faulted, undisturbed = write_faults.at_every_write(fault, job, *places)
     assert len(faulted) >= fewest
     allowed = {"missing", *(problem.kind for problem in Lake(tmp_path / "before").damage())}
     for root in faulted:

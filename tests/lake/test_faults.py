@@ -1,11 +1,10 @@
-"""Writers that are killed or collide; this file is also the program that the writers run."""
+"""Writers that are killed or collide."""
 
 from __future__ import annotations
 
 import random
-import subprocess
-import sys
 import time
+from multiprocessing.synchronize import Barrier, Event
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,8 @@ from plancurate.tasks.lake.mend import mend
 from plancurate.tasks.lake.parts import sweep
 from plancurate.tasks.lake.schema import table
 from plancurate.tasks.lake.store import Lake
+
+from ..processes import processes
 
 POOL = {"robot": "h2017", "scene": "free", "pool": "0123"}
 ROWS_A_PART = 2000
@@ -31,29 +32,18 @@ def big_part(key: int) -> pa.Table:
     return pa.table({**columns, "goals": goals}).cast(table("targets").schema)
 
 
-def write_for_ever(root: str) -> None:
+def write_for_ever(root: Path, ready: Event) -> None:
     parts = [big_part(key) for key in range(4)]
-    sys.stdout.write("ready\n")
-    sys.stdout.flush()
+    ready.set()
     for attempt in range(10_000):
         for key, rows in enumerate(parts):
-            Lake(Path(root)).write("targets", POOL, f"{attempt:05d}-{key}", rows, {})
+            Lake(root).write("targets", POOL, f"{attempt:05d}-{key}", rows, {})
 
 
-def write_when_told(root: str) -> None:
-    sys.stdout.write("ready\n")
-    sys.stdout.flush()
-    sys.stdin.readline()
-    Lake(Path(root)).write("targets", POOL, "same", big_part(0), {})
-
-
-def start_ready(job: str, root: Path) -> subprocess.Popen[bytes]:
-    """Run a function of this file in a process of its own; returns when it is ready."""
-    command = [sys.executable, __file__, job, str(root)]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    assert process.stdout is not None
-    assert process.stdout.readline() == b"ready\n"
-    return process
+def write_together(root: Path, start: Barrier) -> None:
+    rows = big_part(0)
+    start.wait(60)
+    Lake(root).write("targets", POOL, "same", rows, {})
 
 
 def test_a_killed_writer_leaves_whole_parts_or_none(tmp_path: Path) -> None:
@@ -61,9 +51,13 @@ def test_a_killed_writer_leaves_whole_parts_or_none(tmp_path: Path) -> None:
     torn = 0
     for attempt in range(8):
         root = tmp_path / str(attempt // 4)  # four kills in the same lake
-        with start_ready("write_for_ever", root) as writer:
-            time.sleep(chance.uniform(0.03, 0.3))
-            writer.kill()
+        ready = processes.Event()
+        writer = processes.Process(target=write_for_ever, args=(root, ready))
+        writer.start()
+        assert ready.wait(60)
+        time.sleep(chance.uniform(0.03, 0.3))
+        writer.kill()
+        writer.join()
         lake = Lake(root)
         torn += len(sweep(root, older_than_s=0))
         assert not list(root.rglob(".*.tmp"))
@@ -77,14 +71,13 @@ def test_a_killed_writer_leaves_whole_parts_or_none(tmp_path: Path) -> None:
 
 
 def test_writers_of_the_same_part_at_the_same_time_leave_one_sound_part(tmp_path: Path) -> None:
-    writers = [start_ready("write_when_told", tmp_path) for _ in range(3)]
+    start = processes.Barrier(3)
+    writers = [processes.Process(target=write_together, args=(tmp_path, start)) for _ in range(3)]
     for writer in writers:
-        assert writer.stdin is not None
-        writer.stdin.write(b"go\n")
-        writer.stdin.flush()
+        writer.start()
     for writer in writers:
-        writer.communicate(timeout=60)
-        assert writer.returncode == 0
+        writer.join(60)
+        assert writer.exitcode == 0
     lake = Lake(tmp_path)
     assert lake.keys("targets", POOL) == {"same"}
     assert lake.read("targets", POOL).num_rows == ROWS_A_PART
@@ -106,7 +99,3 @@ def test_an_error_in_the_middle_of_a_write_leaves_no_file(
         lake.write("targets", POOL, "second", big_part(1), {})
     assert lake.keys("targets", POOL) == {"first"}
     assert not list(tmp_path.rglob(".*.tmp"))
-
-
-if __name__ == "__main__":
-    {"write_for_ever": write_for_ever, "write_when_told": write_when_told}[sys.argv[1]](sys.argv[2])

@@ -1,10 +1,7 @@
-"""The manifest itself; this file is also the program that writers at work run."""
+"""The manifest itself."""
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -20,6 +17,8 @@ from plancurate.tasks.lake.manifest import (
     locked,
     read_manifest,
 )
+
+from ..processes import processes
 
 
 def test_an_entry_is_read_back_and_the_latest_of_a_name_counts(tmp_path: Path) -> None:
@@ -87,10 +86,12 @@ def append_many(folder: Path, writer: str) -> None:
 
 
 def test_many_writers_at_once_lose_no_entry(tmp_path: Path) -> None:
-    environment = {**os.environ, "PYTHONPATH": ":".join(sys.path)}
-    command = [sys.executable, __file__, str(tmp_path)]
-    at_work = [subprocess.Popen([*command, writer], env=environment) for writer in "abc"]
-    assert [process.wait(timeout=60) for process in at_work] == [0, 0, 0]
+    at_work = [processes.Process(target=append_many, args=(tmp_path, writer)) for writer in "abc"]
+    for process in at_work:
+        process.start()
+    for process in at_work:
+        process.join(60)
+    assert [process.exitcode for process in at_work] == [0, 0, 0]
     assert len(read_manifest(tmp_path).entries) == 3 * (200 - 4)
 
 
@@ -98,7 +99,3 @@ def test_an_entry_describes_the_file_under_its_future_name(tmp_path: Path) -> No
     (tmp_path / "tmp").write_bytes(b"abc")
     sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
     assert entry_of(tmp_path / "tmp", "part", 7) == Entry("part", 3, sha256, 7)
-
-
-if __name__ == "__main__":
-    append_many(Path(sys.argv[1]), sys.argv[2])

@@ -12,7 +12,7 @@ from plancurate.tasks.learning.policies import load_policy
 from plancurate.tasks.study.networks import keep
 
 from ..learning.policies.test_trained import trained
-from ..write_faults import faulted_at_every_write, files
+from ..write_faults import WriteFaults, files
 
 
 def store(root: Path) -> None:
@@ -21,12 +21,11 @@ def store(root: Path) -> None:
 
 @pytest.mark.parametrize(("fault", "fewest"), [("kill", 8), ("full", 5)])
 def test_a_fault_at_any_write_of_a_network(
-    fault: str, fewest: int, tmp_path: Path, write_faults: dict[str, str]
+    fault: str, fewest: int, tmp_path: Path, write_faults: WriteFaults
 ) -> None:
     (tmp_path / "before").mkdir()
-    work = f"from {__name__} import store as work"
     places = (tmp_path / "faults", tmp_path / "before")
-    faulted, undisturbed = faulted_at_every_write(fault, work, *places, write_faults)
+    faulted, undisturbed = write_faults.at_every_write(fault, store, *places)
     assert len(faulted) >= fewest
     load_policy(undisturbed / "network")
     for root in faulted:

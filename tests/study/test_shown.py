@@ -21,14 +21,19 @@ from plancurate.tasks.study.results import KindResults, study_results
 from plancurate.tasks.study.rows import REPORT_FIELDS
 from plancurate.tasks.study.text import whole_percents
 
+from ..lakes import copied
+from ..studies import StudyMaker
+
 FREE = {"robot": "h2017", "scene": "free", "pool": "0a1b2c"}
 TABLE = {"robot": "h2017", "scene": "table", "pool": "3d4e5f"}
 GOOD, BAD = 39 * "S" + ".", 8 * "S" + 32 * "."
 
 
-@pytest.fixture
-def tests(small_lake: Lake, maker: Any) -> KindResults:
+@pytest.fixture(scope="module")
+def tests(small_lake_once: Lake, tmp_path_factory: pytest.TempPathFactory) -> KindResults:
     """One scene and all four policies, with a selector of a long name."""
+    lake = copied(small_lake_once, tmp_path_factory.mktemp("shown"))
+    maker = StudyMaker(lake)
     study = maker.record("long", "aaaaaaaa")
     for policy in ("BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN"):
         maker.test(study, "General", None, policy, BAD)
@@ -36,7 +41,7 @@ def tests(small_lake: Lake, maker: Any) -> KindResults:
     maker.refer(
         study, Planner=36 * "S" + "ssss", Replay=20 * "S" + 16 * "." + "ss.h", StraightLine=36 * "S" + "hhhh"
     )
-    return study_results(small_lake, study).headline
+    return study_results(lake, study).headline
 
 
 def lines(tests: KindResults) -> list[str]:

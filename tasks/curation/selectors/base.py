@@ -90,7 +90,7 @@ class Kept:
     q: Sequence[FloatArray] | None = None
     """Waypoints (m, joints) to learn from in place of the stored ones."""
     split_half: float | None = None
-    """How stably the score ranks, where it is estimated from rollouts: see `ranking.split_half`."""
+    """How stably the score ranks, for selectors that are `estimated`: see `ranking.split_half`."""
 
 
 Choose = Callable[[Problem, Any], Kept]
@@ -108,6 +108,8 @@ class Selector:
     budgeted: bool
     seeded: bool
     """Whether another seed can give another selection."""
+    estimated: bool
+    """Whether its scores are estimated, so that `Kept.split_half` says how stably they rank."""
     revision: int
     """Raised by the selector's author when it selects otherwise than before from the same pool."""
     uses: tuple[Used, ...]
@@ -136,14 +138,15 @@ def selector(
     *,
     budgeted: bool = True,
     seeded: bool = True,
+    estimated: bool = False,
     uses: tuple[Used, ...] = (),
     revision: int = 1,
 ) -> Callable[[Choose], Choose]:
     """Register the decorated function under a name; the first line of its docstring describes it.
 
-    `budgeted=False` says that it keeps what it keeps, whatever the budget, `seeded=False` that it never draws;
-    `uses` names the settings of the study that it reads from `Problem.learning`, so that it selects anew when
-    these change, and only then.
+    `budgeted=False` says that it keeps what it keeps, whatever the budget, `seeded=False` that it never draws,
+    `estimated=True` that it gives `Kept.split_half`; `uses` names the settings of the study that it reads from
+    `Problem.learning`, so that it selects anew when these change, and only then.
     """
 
     def register(choose: Choose) -> Choose:
@@ -155,6 +158,7 @@ def selector(
             description,
             budgeted=budgeted,
             seeded=seeded,
+            estimated=estimated,
             uses=uses,
             revision=revision,
         )
@@ -171,6 +175,7 @@ def add(
     *,
     budgeted: bool = True,
     seeded: bool = True,
+    estimated: bool = False,
     uses: tuple[Used, ...] = (),
     warm_up: Callable[[], object] | None = None,
     revision: int = 1,
@@ -185,7 +190,7 @@ def add(
         )
     origin = _origin(choose)
     _registry[name] = Selector(
-        name, choose, settings, description, origin, budgeted, seeded, revision, uses, warm_up
+        name, choose, settings, description, origin, budgeted, seeded, estimated, revision, uses, warm_up
     )
 
 

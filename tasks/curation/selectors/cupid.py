@@ -92,7 +92,7 @@ class Influence:
     """(c,) each: by every other rollout to each target alone, and by the rest."""
 
 
-@selector("CUPID", CupidSettings, uses=USES, revision=2)
+@selector("CUPID", CupidSettings, estimated=True, uses=USES, revision=2)
 def cupid(problem: Problem, settings: CupidSettings) -> Kept:
     """Keep the k trajectories of each target with the highest influence on a policy's return there."""
     found = influences(problem, settings, settings.objective)
@@ -100,7 +100,7 @@ def cupid(problem: Problem, settings: CupidSettings) -> Kept:
     return replace(kept, split_half=split_half(found.halves, target_rows(problem)))
 
 
-@selector("CUPID_Global", InfluenceSettings, uses=USES, revision=2)
+@selector("CUPID_Global", InfluenceSettings, estimated=True, uses=USES, revision=2)
 def cupid_global(problem: Problem, settings: InfluenceSettings) -> Kept:
     """Keep the k x targets trajectories with the highest influence on a policy's return, wherever they lead."""
     found = influences(problem, settings, "all")
@@ -108,7 +108,7 @@ def cupid_global(problem: Problem, settings: InfluenceSettings) -> Kept:
     return replace(kept, split_half=split_half(found.halves, np.zeros(len(found.psi), np.int64)))
 
 
-@selector("CUPID_Native", CupidNativeSettings, budgeted=False, uses=USES, revision=2)
+@selector("CUPID_Native", CupidNativeSettings, budgeted=False, estimated=True, uses=USES, revision=2)
 def cupid_native(problem: Problem, settings: CupidNativeSettings) -> Kept:
     """Keep all but the third of the pool with the lowest influence on a policy's return."""
     found = influences(problem, settings, "all")

@@ -23,7 +23,10 @@ def contributions(x: Float32Array, y: Float32Array, neighbours: Sequence[int]) -
     Two pairs are as far apart as the halves that are further apart, by Euclidean distance. n > max(neighbours).
     """
     of_x, of_y = distances(x), distances(y)
-    nearest = np.partition(np.maximum(of_x, of_y), neighbours, axis=1)  # column 0 is the pair itself
+    last = max(neighbours)
+    nearest = np.sort(
+        np.partition(np.maximum(of_x, of_y), last)[:, : last + 1]
+    )  # column 0 is the pair itself
     terms = [digamma(within(of_x, nearest[:, k])) + digamma(within(of_y, nearest[:, k])) for k in neighbours]
     return np.asarray(-np.mean(terms, axis=0))
 

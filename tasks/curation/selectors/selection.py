@@ -47,7 +47,7 @@ class Selection:
     kept: pa.Table
     """KEPT_COLUMNS: one row a trajectory, by id."""
     split_half: float | None = None
-    """How stably its scores rank, where they are estimated from rollouts and it was made just now."""
+    """How stably its scores rank, where they are estimated and it was made just now."""
 
     @property
     def ids(self) -> list[str]:
@@ -83,7 +83,10 @@ def select(
     learning: LearningSettings,
     clock: Callable[[], float] = time.perf_counter,
 ) -> Selection:
-    """Run the selector `name`; PlancurateError for wrong parameters or a budget below 1."""
+    """Run the selector `name`; PlancurateError for wrong parameters or a budget below 1.
+
+    ValueError when the selector is registered as `estimated` and does not say how stably it ranks, or the reverse.
+    """
     chosen = find_selector(name)
     settings = chosen.parse(params or {})
     budget = checked_budget(chosen, budget)
@@ -97,6 +100,10 @@ def select(
             connection.register("candidates", numbered)
         problem = Problem(pool, budget or 1, seed, connection, watch, robot, scene, waypoints, learning)
         kept = chosen.choose(problem, settings)
+        if chosen.estimated != (kept.split_half is not None):
+            raise ValueError(
+                f"selector {name}: estimated={chosen.estimated}, but split_half={kept.split_half}"
+            )
         with watch("select"):
             rows = _kept_rows(pool, kept)
         elapsed = clock() - start

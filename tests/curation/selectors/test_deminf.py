@@ -17,6 +17,14 @@ def bed() -> Bed:
     return defective_pool(seed=1, targets=4, per_target=40)
 
 
+@pytest.fixture(scope="module")
+def badness(bed: Bed) -> np.ndarray:
+    """The less a candidate's steps add, the worse it is; in the order of the pool."""
+    kept = chosen(bed, "DemInf", budget=40)
+    by_id = dict(zip(kept.ids, kept.kept["score"].to_pylist(), strict=True))
+    return np.array([-by_id[one] for one in bed.pool.candidates["trajectory_id"].to_pylist()])
+
+
 def estimate(x: np.ndarray, y: np.ndarray, k: int) -> float:
     """The whole of the estimator, with the constants that a ranking does without; in nats."""
     terms = contributions(x.astype(np.float32), y.astype(np.float32), [k])
@@ -63,10 +71,7 @@ def test_few_steps_tell_nothing() -> None:
 
 
 @pytest.mark.parametrize("defect", ["detour", "reversal", "stall", "wrong_target"])
-def test_candidates_with_a_defect_score_lower(bed: Bed, defect: str) -> None:
-    kept = chosen(bed, "DemInf", budget=40)
-    by_id = dict(zip(kept.ids, kept.kept["score"].to_pylist(), strict=True))
-    badness = np.array([-by_id[one] for one in bed.pool.candidates["trajectory_id"].to_pylist()])
+def test_candidates_with_a_defect_score_lower(bed: Bed, badness: np.ndarray, defect: str) -> None:
     assert auroc(bed, badness, defect) > 0.8
 
 

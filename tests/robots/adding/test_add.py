@@ -3,16 +3,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from plancurate import native
 from plancurate.errors import PlancurateError
 from plancurate.robots import load_robot, load_world
+from plancurate.robots.adding import refining
 from plancurate.robots.adding.add import Request, add_robot
 from plancurate.robots.adding.check import check_robot
 from plancurate.robots.adding.findings import Findings
 from plancurate.robots.adding.quality import depth
 from plancurate.robots.adding.solids import read_solids
 from plancurate.robots.adding.source import read_source
+from plancurate.robots.adding.surroundings import surroundings
 from plancurate.robots.urdf import read_urdf
 from plancurate.tasks.candidates.settings import TargetSettings
 from plancurate.tasks.candidates.targets import sample_targets
@@ -35,6 +38,18 @@ def test_every_corner_of_every_mesh_lies_in_one_of_its_links_shapes(added):
         corners = solids[link].triangles.reshape(-1, 3)
         assert np.max([depth(shape, corners) for shape in own[link].shapes], axis=0).min() > 0
         assert np.ptp(corners[:, 2]) == pytest.approx(0.18)  # millimetres became metres
+
+
+def test_links_with_the_same_mesh_are_fitted_once(monkeypatch):
+    fitted = []
+    monkeypatch.setattr(refining, "fit", lambda triangles, most, room: fitted.append(triangles) or (most,))
+    box = trimesh.creation.box((0.1, 0.1, 0.2)).triangles
+    rooms, shapes = refining.fitted_alone({"left": box, "right": box.copy(), "palm": 2 * box}, 3)
+    assert len(fitted) == 2
+    assert shapes == {"left": (3,), "right": (3,), "palm": (3,)}
+    np.testing.assert_array_equal(rooms["left"].points, surroundings(box).points)
+    assert rooms["left"] is rooms["right"]
+    assert rooms["palm"] is not rooms["left"]
 
 
 def test_home_has_the_tool_in_front_and_a_whole_wrist_points_it_down(added, gripper):
@@ -127,7 +142,10 @@ def test_a_file_without_links_is_told_from_one_without_a_base(tmp_path):
 def test_limits_that_are_left_out_can_be_given(tmp_path):
     urdf = five_joint_arm(tmp_path)
     urdf.write_text(urdf.read_text().replace('velocity="2"', "").replace('effort="80"', 'effort="0"'))
-    request = Request(urdf, "tool", "five", tmp_path / "robots", velocity=1.5, effort=70, shapes_a_link=1)
+    home = (0.2, 0.4, 0.6, 0.8, 1.0)  # looking for one takes longer than the rest
+    request = Request(
+        urdf, "tool", "five", tmp_path / "robots", velocity=1.5, effort=70, home=home, shapes_a_link=1
+    )
     robot = add_robot(request).robot
     assert robot.velocity.tolist() == [1.5] * 5
     assert robot.effort.tolist() == [70] * 5
