@@ -33,9 +33,12 @@ VARIABLES = {
     "UV_FIND_LINKS": "/wheels",
     "LOKY_MAX_CPU_COUNT": "2",  # without /sys joblib can't count
 }
+# Whoever ends the first process inside ends all of them. That one stays root: the kernel forgets to end with its parent
+# a process that becomes somebody else.
 INSIDE = [
     "unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc=/proc", f"--root={SYSTEM}",
-    f"--wd={HOME}", f"--setgid={PERSON}", f"--setuid={PERSON}", "env", "--ignore-environment",
+    f"--wd={HOME}", "sh", "-c", '"$@"; exit', "sh",
+    "setpriv", f"--reuid={PERSON}", f"--regid={PERSON}", "--clear-groups", "env", "--ignore-environment",
     *(f"{name}={value}" for name, value in VARIABLES.items()), "sh", "-e", "-c",
 ]  # fmt: skip
 LIBRARIES = "find / -xdev -path /home -prune -o -name 'libompl*' -print -o -name 'libboost*' -print"
