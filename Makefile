@@ -34,7 +34,7 @@ test-exports: setup-test $(VENV_EXPORTS)/installed
 	@EXPORTS_PYTHON=$(VENV_EXPORTS)/bin/python $(BIN)/python -m pytest tests/exports/real_loaders.py
 
 test-wheel: setup-test wheel $(BARE)/etc/debian_version
-	@$(PIP) wheel -c constraints.txt -w $(BARE)/wheels dist/*.whl pip setuptools uv async-timeout
+	@$(PIP) wheel -c constraints.txt -w $(BARE)/wheels dist/*.whl pip setuptools wheel uv async-timeout
 	@$(BIN)/python -m pytest tests/wheel/bare_debian.py
 
 lint: setup-test

@@ -29,7 +29,7 @@ VARIABLES = {
     "OMP_NUM_THREADS": "1",
     "PIP_NO_INDEX": "1",
     "PIP_FIND_LINKS": "/wheels",
-    "UV_NO_INDEX": "1",
+    "UV_OFFLINE": "1",
     "UV_FIND_LINKS": "/wheels",
     "LOKY_MAX_CPU_COUNT": "2",  # without /sys joblib can't count
 }
