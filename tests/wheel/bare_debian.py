@@ -144,7 +144,7 @@ def answered(process: subprocess.Popen[str], url: str, question: Any = None) -> 
         assert process.poll() is None, process.stdout.read()
         try:
             with urllib.request.urlopen(request) as response:
-                return json.loads(response.read() or b"null")
+                return json.loads(response.read().strip() or b"null")
         except urllib.error.HTTPError as error:
             raise AssertionError(error.read().decode()) from error
         except urllib.error.URLError:
