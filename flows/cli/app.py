@@ -34,7 +34,7 @@ COMMANDS = {
     ],
     "Move": ["predict:predict", "verify:verify"],
     "See what came out": ["report:report", "compare:compare", "show", "sql:sql", "serve:serve"],
-    "Hand it on": ["export:export"],
+    "From others and to others": ["imports:import_", "export:export"],
     "See what there is": [
         "fields:fields", "robots", "scenes", "lake", "planning:planners", "registered:selectors",
         "registered:policies", "doctor:doctor",
@@ -98,9 +98,9 @@ def add(app: App, command: str, place: int, group: Group | None = None) -> None:
             add(family, member, number)
         app.command(family)
         return
-    module, _, name = command.partition(":")
+    module, _, name = command.partition(":")  # import_ is `import`, which no function can be called
     path, help = f"{__package__}.{command}", functions(module)[name]
-    app.command(path, name=name, help=help, group=group, sort_key=place)
+    app.command(path, name=name.rstrip("_"), help=help, group=group, sort_key=place)
 
 
 app = build()

@@ -24,7 +24,7 @@ def show_results(study: StudyContext) -> None:
     for what, where in (
         ("report", f"{study.home.reports / study.study / 'index.html'}"),
         ("lake", 'plancurate sql "SELECT * FROM evaluations LIMIT 5"'),
-        ("pages", "make serve (Prefect and MLflow on 127.0.0.1)"),
+        ("pages", "plancurate serve (Prefect and MLflow on 127.0.0.1)"),
     ):
         output.print(f"{what:<7} {where}", highlight=False, soft_wrap=True)
 

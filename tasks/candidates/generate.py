@@ -16,7 +16,7 @@ from plancurate.robots.scene import Scene
 from plancurate.tasks.candidates import consistent_goals
 from plancurate.tasks.candidates.plan import plan_candidate
 from plancurate.tasks.candidates.postprocess import Postprocess, postprocess
-from plancurate.tasks.candidates.rows import candidate_row
+from plancurate.tasks.candidates.rows import Columns, candidate_row
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import PlannedPath, find_source
 from plancurate.tasks.candidates.targets import Target
@@ -72,27 +72,37 @@ def generate_candidates(
     rows = []
     for target in targets:
         for run in range(settings.plan.runs):
-            planned = held_to_target(
-                robot, target, plan_candidate(robot, scene, target, planner, run, settings)
-            )
-            exact = planned.status == "exact"
-            processed = postprocess_path(planned.path, target.position) if exact else None
-            name = f"t{target.target_id:04d}-{label}-r{run}-{pool}"
-            row = candidate_row(target, planned, processed)
-            rows.append({"trajectory_id": name, "dt": settings.timing.dt, **row})
+            planned = plan_candidate(robot, scene, target, planner, run, settings)
+            row = run_row(robot, target, planned, postprocess_path)
+            rows.append(named(row, label, pool, settings))
     seconds = StageSeconds(
         *(sum(row[f"{stage}_s"] for row in rows) for stage in ("plan", "timing", "verify"))
     )
     return pa.Table.from_pylist(rows, table("trajectories").schema), seconds
 
 
-def held_to_target(robot: Robot, target: Target, planned: PlannedPath) -> PlannedPath:
+def run_row(
+    robot: Robot, target: Target, planned: PlannedPath, postprocess_path: Postprocess, missed: float = MISSED
+) -> Columns:
+    """What became of one run, whose path may end as far from the target as `missed`, m."""
+    held = held_to_target(robot, target, planned, missed)
+    exact = held.status == "exact"
+    return candidate_row(target, held, postprocess_path(held.path, target.position) if exact else None)
+
+
+def named(row: Columns, label: str, pool: str, settings: GenerateSettings) -> Columns:
+    """The row of one run with its id in the lake, under its source's label, and how it is sampled."""
+    name = f"t{row['target_id']:04d}-{label}-r{row['run']}-{pool}"
+    return {"trajectory_id": name, "dt": settings.timing.dt, **row}
+
+
+def held_to_target(robot: Robot, target: Target, planned: PlannedPath, missed: float) -> PlannedPath:
     """The run itself; as one without a solution when it claims a path that ends elsewhere."""
     if planned.status != "exact":
         return planned
     tool = native.fk(robot.native, planned.path[-1:])[0, :3, 3]
-    missed = float(np.linalg.norm(tool - target.position))
-    if missed <= MISSED:
+    distance = float(np.linalg.norm(tool - target.position))
+    if distance <= missed:
         return planned
-    reason = f"the path ends {missed:.3f} m from the target"
+    reason = f"the path ends {distance:.3f} m from the target"
     return PlannedPath(planned.run, planned.seed, "approximate", planned.path, reason, planned.termination)

@@ -12,7 +12,7 @@ from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.metrics import PathMetrics, path_metrics
 from plancurate.tasks.candidates.playback import Verification, verify
 from plancurate.tasks.candidates.settings import TimingSettings, VerifySettings
-from plancurate.tasks.candidates.time_parameterisation import Timed, time_path
+from plancurate.tasks.candidates.time_parameterisation import Timed, as_sampled, time_path
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +42,33 @@ def postprocess(
     start = time.perf_counter()
     timed = time_path(robot, scene, path, timing)
     timing_s = time.perf_counter() - start
+    return _played_back(robot, scene, timed, timing_s, target_position, timing, playback)
+
+
+def play_back(
+    robot: Robot,
+    scene: Scene,
+    q: FloatArray,
+    target_position: FloatArray,
+    timing: TimingSettings,
+    playback: VerifySettings,
+) -> Postprocessed:
+    """The same for samples `q` (m, n), rad, that are timed already: one every `timing.dt` s, and stay as they are."""
+    start = time.perf_counter()
+    timed = as_sampled(robot, scene, q, timing)
+    timing_s = time.perf_counter() - start
+    return _played_back(robot, scene, timed, timing_s, target_position, timing, playback)
+
+
+def _played_back(
+    robot: Robot,
+    scene: Scene,
+    timed: Timed,
+    timing_s: float,
+    target_position: FloatArray,
+    timing: TimingSettings,
+    playback: VerifySettings,
+) -> Postprocessed:
     if timed.reason:
         return Postprocessed(timed, None, None, timing_s, 0.0)
     metrics = path_metrics(robot, scene, timed.q, timing.dt, target_position)

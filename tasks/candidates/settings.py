@@ -41,6 +41,17 @@ class TargetSettings(Settings):
     cone_deg: float = Field(default=40.0, gt=0, le=180, description="greatest tilt of a cone, degrees")
     seed: int = Field(default=0, ge=0, description="another seed gives other targets")
     max_tries: int = Field(default=200, gt=0, description="positions drawn for a target before giving up")
+    recorded: str = Field(
+        default="", description="an imported set whose targets these are, by its id; empty: they are drawn"
+    )
+
+    @model_serializer(mode="wrap")
+    def _recorded_if_any(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without a set nothing is said of one: pools from before there were any keep their ids."""
+        values: dict[str, Any] = plain(self)
+        if not self.recorded:
+            values.pop("recorded", None)
+        return values
 
 
 class PlanSettings(Settings):

@@ -6,8 +6,9 @@ Ways to do it, tried in this order, since the earlier ones give smoother and sho
 `dense`     the same through many points of the path, so that the spline hardly leaves it
 `stops`     straight from waypoint to waypoint, standing still at each
 
-(A path of two waypoints is `straight`: nothing to stop at.) What is stored is what counts, so each attempt is
-judged by its samples, rounded to float32: inside the limits, and free along every edge between them.
+(A path of two waypoints is `straight`: nothing to stop at. Samples that came timed are `recorded`.) What is stored is
+what counts, so each attempt is judged by its samples, rounded to float32: inside the limits, and free along every edge
+between them.
 """
 
 from __future__ import annotations
@@ -51,6 +52,14 @@ def time_path(robot: Robot, scene: Scene, path: FloatArray, settings: TimingSett
             return Timed(q, (len(q) - 1) * settings.dt, method, "")
         failures.append(f"{method}: {problem}")
     return Timed(np.empty((0, robot.dof)), 0.0, "", "; ".join(failures))
+
+
+def as_sampled(robot: Robot, scene: Scene, q: FloatArray, settings: TimingSettings) -> Timed:
+    """Take samples `q` (m, n), rad, of somebody else's timing, float32 numbers, held to the same as ours."""
+    problem = problem_of(robot, scene, q, settings)
+    if problem:
+        return Timed(np.empty((0, robot.dof)), 0.0, "", problem)
+    return Timed(q, (len(q) - 1) * settings.dt, "recorded", "")
 
 
 def without_repeats(path: FloatArray) -> FloatArray:

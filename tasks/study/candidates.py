@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from plancurate.errors import PlancurateError
 from plancurate.tasks.candidates.consistent_goals import draw_targets
 from plancurate.tasks.candidates.generate import generate_candidates
 from plancurate.tasks.candidates.postprocess_pool import Setting, shared_postprocess
 from plancurate.tasks.candidates.sources import find_source
+from plancurate.tasks.candidates.sources.recorded import missing
 from plancurate.tasks.candidates.target_table import stored_targets, target_rows, targets_key
 from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.study.context import PoolContext, StudyContext
@@ -33,6 +35,8 @@ def study_targets(study: StudyContext, pool: PoolContext) -> list[Target]:
     """Return a pool's targets from the lake, drawing and storing those that are not there yet."""
     known = {target.target_id: target for target in stored_targets(study.lake, pool.partition)}
     for first, count in gaps(sorted(known), study.config.n_targets):
+        if name := pool.settings.targets.recorded:
+            raise PlancurateError(f"target {first} of {study.config.n_targets}: {missing(name)}")
         new = draw_targets(pool.robot, pool.scene, pool.settings, first, count, list(known.values()))
         study.lake.write("targets", pool.partition, targets_key(new), target_rows(new), pool.metadata)
         known |= {target.target_id: target for target in new}

@@ -12,6 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from plancurate.tasks.exports.formats import write_export
+from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study.exported import exported_episodes
+
 from ..homes import environment
 from .conftest import Command, Studied
 
@@ -50,6 +54,14 @@ def home(smoke: Studied, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copy
 
 
+@pytest.fixture(scope="module")
+def exported(home: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A set of joint trajectories, as somebody may have one from elsewhere."""
+    folder = tmp_path_factory.mktemp("exported") / "lerobot"
+    write_export(exported_episodes(Home(home), ["General"]), "lerobot", folder)
+    return folder
+
+
 def test_the_pages_hold_commands_and_examples() -> None:
     assert len(COMMANDS) >= 10
     assert len(blocks("python")) >= 4
@@ -57,9 +69,10 @@ def test_the_pages_hold_commands_and_examples() -> None:
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_documented_command_runs(
-    command: str, home: Path, tmp_path: Path, plancurate_on_shared_server: Command
+    command: str, home: Path, exported: Path, tmp_path: Path, plancurate_on_shared_server: Command
 ) -> None:
     (tmp_path / "docs").symlink_to(ROOT / "docs")  # some pages name a file beside them
+    (tmp_path / "from_lerobot").symlink_to(exported)
     words = shlex.split(command, comments=True)[1:]
     done = plancurate_on_shared_server(*words, folder=tmp_path, PLANCURATE_HOME=str(home))
     assert done.returncode == 0, done.stderr
