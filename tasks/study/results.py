@@ -60,9 +60,11 @@ class StudyResults:
     @property
     def dropped_tests(self) -> int:
         """How many displaced test targets are left out, for no planner reaches them."""
-        each = sum(TESTS_BY_DISTANCE.values())
+        each, targets = sum(TESTS_BY_DISTANCE.values()), self.study.pools[0].n_targets
+        around = self.study.config.get("displaced_targets")
+        drawn = each * (targets if around is None else min(around, targets))
         tested = {row.group: row.tests for row in self.on("displaced").summaries if row.scene != ALL_SCENES}
-        return sum(each * self.study.pools[0].n_targets - tests for tests in tested.values())
+        return sum(drawn - tests for tests in tested.values())
 
     @property
     def headline(self) -> KindResults:

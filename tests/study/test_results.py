@@ -94,6 +94,9 @@ def test_displaced_tests_that_were_left_out_are_counted(small_lake: Lake, maker:
     maker.test(study, "General", None, "BC_MLP", 45 * "S")  # of 3 targets with 16 tests each
     maker.test(study, "General", None, "BC_MLP", 48 * "S", pool=TABLE)
     assert study_results(small_lake, study).dropped_tests == 3
+    few = maker.record("few", "aaaaaaaa", config='{"displaced_targets": 2}')
+    maker.test(few, "General", None, "BC_MLP", 30 * "S")  # of 2 of these targets
+    assert study_results(small_lake, few).dropped_tests == 2
 
 
 def test_the_hard_subset_is_counted_apart(small_lake: Lake, maker: Any) -> None:
