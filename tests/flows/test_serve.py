@@ -23,10 +23,13 @@ from plancurate.locks import read_note
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
 
+from ..browser import CHROMIUM, browser
 from ..homes import NewHome, environment
+from .walk import compare, start, watch_run
 
 pytestmark = pytest.mark.server
 
+DOCS = Path(__file__).parents[2] / "docs"
 FINAL = {"COMPLETED", "FAILED", "CRASHED", "CANCELLED"}
 ONE_TARGET = {"config": {"name": "served", "n_targets": 1, "planners": ["RRTConnect"]}}
 
@@ -196,6 +199,24 @@ def test_a_schedule_that_was_switched_on_stays_on(serving: Serving, monkeypatch:
         deploy(serving.home.prefect / "deploy.log")
     (nightly,) = request(serving, "GET", "/deployments/name/study/study")["schedules"]
     assert nightly["active"]
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed")
+def test_a_study_is_started_watched_and_compared_in_a_browser(serving: Serving, tmp_path: Path) -> None:
+    pictures = Path(os.environ.get("SCREENSHOTS", tmp_path)).absolute()
+    with browser(tmp_path / "browser", 1280, 900) as page:
+        start(page, serving.prefect, pictures)
+        watch_run(page, serving.prefect, pictures)
+        compare(page, serving.mlflow, pictures)
+    documented = DOCS / "operations"
+    assert {file.name for file in documented.iterdir()} == {
+        "form.png",
+        "run.png",
+        "results.png",
+        "mlflow.png",
+    }
+    for file in (*documented.iterdir(), *pictures.glob("*.png")):
+        assert file.stat().st_size < 100_000
 
 
 def test_mlflow_answers(serving: Serving) -> None:
