@@ -10,7 +10,6 @@ from PIL import Image
 from ..browser import Page
 
 NAME = "first"
-RUN_TIMEOUT_S = 300.0
 COLOURS = 64  # a picture of a page needs no more, and is a third as large
 FORM = """
 window.fields = name => [...document.querySelectorAll('.schema-form-property')].filter(
@@ -55,9 +54,9 @@ def start(page: Page, prefect: str, pictures: Path) -> None:
 def watch_run(page: Page, prefect: str, pictures: Path) -> None:
     """See the stages, their lines, the verdict, a table and the figures on the page of the study's own run."""
     page.open(f"{prefect}/runs")
-    page.press(f"study {NAME}", RUN_TIMEOUT_S)
+    page.press(f"study {NAME}")
     for text in ("✓ plan", "✓ curate", "✓ train", "✓ evaluate", "✓ track", "2 networks tested", "Completed"):
-        page.wait_for_text(text, RUN_TIMEOUT_S)
+        page.wait_for_text(text)
     picture(page, pictures / "run.png")
     page.press("Artifacts")
     for name in ("planners", "coverage", "figures", "results"):
