@@ -98,7 +98,7 @@ class Page:
 
 
 @contextmanager
-def browser(folder: Path, width: int = 1280, height: int = 800) -> Iterator[Page]:
+def browser(folder: Path, width: int, height: int) -> Iterator[Page]:
     """A page of a Chromium that keeps what it stores in a folder and ends with the context."""
     assert CHROMIUM is not None
     command = [CHROMIUM, f"--user-data-dir={folder}", *OPTIONS]

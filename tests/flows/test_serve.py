@@ -25,7 +25,7 @@ from plancurate.tasks.lake.store import Lake
 
 from ..browser import CHROMIUM, browser
 from ..homes import NewHome, environment
-from .walk import compare, start, watch_run
+from .walk import HEIGHT, WIDTH, compare, start, watch_run
 
 pytestmark = pytest.mark.server
 
@@ -233,7 +233,7 @@ def test_a_schedule_that_was_switched_on_stays_on(serving: Serving, monkeypatch:
 def test_a_study_is_started_watched_and_compared_in_a_browser(serving: Serving, tmp_path: Path) -> None:
     pictures = Path(os.environ.get("SCREENSHOTS", tmp_path)).absolute()
     studies = {"deployments": {"name": {"any_": ["study"]}}}
-    with browser(tmp_path / "browser", 1280, 900) as page:
+    with browser(tmp_path / "browser", WIDTH, HEIGHT) as page:
         start(page, serving.prefect, pictures)
         page.open("about:blank")  # a page that shows a run at work keeps a core busy
         (run,) = request(serving, "POST", "/flow_runs/filter", studies)

@@ -10,7 +10,9 @@ from PIL import Image
 from ..browser import Page
 
 NAME = "first"
+WIDTH, HEIGHT = 1280, 900
 COLOURS = 64  # a picture of a page needs no more, and is a third as large
+ASSISTANT_CLOSE = '[data-component-id="mlflow.assistant.chat_panel.close"]'
 FORM = """
 window.fields = name => [...document.querySelectorAll('.schema-form-property')].filter(
     field => field.querySelector('.schema-form-property__label').innerText.split(' ')[0] === name);
@@ -57,7 +59,9 @@ def watch_run(page: Page, prefect: str, pictures: Path) -> None:
     page.press(f"study {NAME}")
     for text in ("✓ plan", "✓ curate", "✓ train", "✓ evaluate", "✓ track", "2 networks tested", "Completed"):
         page.wait_for_text(text)
+    page.resize(WIDTH, 1400)
     picture(page, pictures / "run.png")
+    page.resize(WIDTH, HEIGHT)
     page.press("Artifacts")
     for name in ("planners", "coverage", "figures", "results"):
         page.wait_for_text(name)
@@ -72,15 +76,20 @@ def compare(page: Page, mlflow: str, pictures: Path) -> None:
     page.press(NAME)
     page.wait_for_text("General, which keeps every candidate")
     page.press("All runs, best first")
-    for column in ("success_rate", "success_rate_ci_low", "success_rate_ci_high", "policy", "selector"):
+    page.wait_for(f"(document.querySelector('{ASSISTANT_CLOSE}')?.click(), {in_view('selector')})")
+    for column in ("success_rate", "success_rate_ci_low", "success_rate_ci_high", "policy"):
         page.wait_for(in_view(column))
     picture(page, pictures / "mlflow.png")
 
 
 def in_view(column: str) -> str:
-    """Say in JavaScript whether a column's head lies within the window."""
-    heads = f"[...document.querySelectorAll('[role=columnheader]')].filter(h => h.innerText.trim() === '{column}')"
-    return f"{heads}.some(head => head.getBoundingClientRect().right <= innerWidth)"
+    """Say in JavaScript whether a column's whole head can be seen."""
+    seen = """head => {
+        const place = head.getBoundingClientRect();
+        return head.contains(document.elementFromPoint(place.right - 2, place.top + place.height / 2));
+    }"""
+    heads = "[...document.querySelectorAll('[role=columnheader]')]"
+    return f"{heads}.filter(head => head.innerText.trim() === '{column}').some({seen})"
 
 
 def picture(page: Page, path: Path) -> None:
