@@ -1,4 +1,4 @@
-"""A study gives the same rows wherever its task runs work, whoever works beside it, and whatever the clock says."""
+"""A study gives the same rows wherever its task runs work, and whoever works beside it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from ..homes import NewHome, environment
 from .commands import TIMEOUT_S, command_line
 from .conftest import Command
 from .test_resume import assert_sound
-
-CLOCK = Path(__file__).parents[1] / "jumping_clock.c"
 
 TINY = """
 n_targets: 2
@@ -75,15 +73,14 @@ def test_a_study_writes_the_same_rows_on_every_runner(
     assert rows_of_a_run(plancurate_on_shared_server, new_home(tmp_path), runner) == on_threads
 
 
-def test_studies_at_once_in_a_home_under_a_clock_that_jumps_write_what_each_writes_alone(
+def test_studies_at_once_in_a_home_write_what_each_writes_alone(
     on_threads: Rows, new_home: NewHome, tmp_path: Path
 ) -> None:
-    home, clock = new_home(tmp_path / "home"), tmp_path / "jumping_clock.so"
-    subprocess.run(["cc", "-shared", "-fPIC", "-Wall", "-Werror", "-o", clock, CLOCK, "-ldl"], check=True)
+    home = new_home(tmp_path / "home")
     started = [
         subprocess.Popen(
             command_line(*words(home, name, "threads")),
-            env=environment(LD_PRELOAD=str(clock)),
+            env=environment(),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
