@@ -12,10 +12,12 @@ import sqlite3
 import urllib.error
 import urllib.request
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plancurate.errors import PlancurateError
+from plancurate.errors import IncompleteError, PlancurateError
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.artifact_roots import adopt_artifacts
 
@@ -87,3 +89,18 @@ def check_reachable(uri: str) -> None:
             f"MLFLOW_TRACKING_URI={uri}: no MLflow server answers there ({getattr(error, 'reason', error)}); "
             "start it, or unset the variable to record in the home folder"
         ) from None
+
+
+@contextmanager
+def said_when_lost() -> Iterator[None]:
+    """Say of whatever fails in here while the configured MLflow server is gone that it is; as an IncompleteError."""
+    try:
+        yield
+    except Exception as failure:
+        try:
+            check_reachable(os.environ.get("MLFLOW_TRACKING_URI", ""))
+        except PlancurateError as lost:
+            raise IncompleteError(
+                f"{lost}; what was finished is in the lake, and the same command goes on from here"
+            ) from failure
+        raise

@@ -1,16 +1,18 @@
 import os
 import subprocess
 import sys
+import time
 from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from itertools import count
 
 import numpy as np
 import pytest
 
 from plancurate.robots import load_robot, load_scene
 from plancurate.tasks.candidates.generate import generate_candidates
-from plancurate.tasks.candidates.postprocess_pool import Setting, shared_pool, shared_postprocess
+from plancurate.tasks.candidates.postprocess_pool import TIMEOUT_S, Setting, shared_pool, shared_postprocess
 from plancurate.tasks.candidates.settings import GenerateSettings, PlanSettings
 from plancurate.tasks.candidates.targets import sample_targets
 
@@ -65,6 +67,13 @@ def test_a_crash_costs_one_trajectory_and_is_its_reason(postprocess_path):
         assert "exit code 7" in postprocess_path(bomb, TARGETS[0].position).timed.reason
     path = TARGETS[0].goals[[0, 0]]
     assert postprocess_path(path, TARGETS[0].position).timed.reason == ""
+
+
+def test_a_clock_that_is_set_forward_costs_no_trajectory(postprocess_path, monkeypatch):
+    ticks = count(1)
+    monkeypatch.setattr(time, "time", lambda: next(ticks) * (TIMEOUT_S + 1))
+    long = np.stack([ROBOT.home, TARGETS[0].goals[1]] * 30)  # Pebble looks every tenth of a second
+    assert "took longer" not in postprocess_path(long, TARGETS[0].position).timed.reason
 
 
 def test_errors_of_the_program_are_raised_not_written_down(postprocess_path):

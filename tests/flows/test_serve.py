@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -23,10 +23,14 @@ from plancurate.locks import read_note
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
 
+from ..browser import CHROMIUM, browser
 from ..homes import NewHome, environment
+from .walk import HEIGHT, WIDTH, compare, start, watch_run
 
 pytestmark = pytest.mark.server
 
+DOCS = Path(__file__).parents[2] / "docs"
+RUN_TIMEOUT_S = 600
 FINAL = {"COMPLETED", "FAILED", "CRASHED", "CANCELLED"}
 ONE_TARGET = {"config": {"name": "served", "n_targets": 1, "planners": ["RRTConnect"]}}
 
@@ -98,14 +102,14 @@ def request(serving: Serving, method: str, path: str, body: Any = None) -> Any:
         return answer.json() if answer.content else None
 
 
-def ended(serving: Serving, run_id: str) -> dict[str, Any]:
-    """Wait for a flow run, which must complete."""
+def ended(serving: Serving, run_id: str, state: str = "COMPLETED") -> dict[str, Any]:
+    """Wait for a flow run, which must end in this state."""
     run: dict[str, Any] = {"state_type": "SCHEDULED"}
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + RUN_TIMEOUT_S
     while run["state_type"] not in FINAL and time.monotonic() < deadline:
         time.sleep(0.5)
         run = request(serving, "GET", f"/flow_runs/{run_id}")
-    assert run["state_type"] == "COMPLETED", (serving.home.prefect / "worker.log").read_text()
+    assert run["state_type"] == state, (serving.home.prefect / "worker.log").read_text()
     return run
 
 
@@ -120,10 +124,15 @@ def processes(home: Home) -> list[str]:
 
 def all_gone(home: Home, seconds: float) -> bool:
     """Whether no process works on a home within so many seconds."""
+    return true_within(seconds, lambda: not processes(home))
+
+
+def true_within(seconds: float, condition: Callable[[], bool]) -> bool:
+    """Whether something becomes true within so many seconds."""
     deadline = time.monotonic() + seconds
-    while processes(home) and time.monotonic() < deadline:
+    while not (true := condition()) and time.monotonic() < deadline:
         time.sleep(0.1)
-    return not processes(home)
+    return true
 
 
 def test_every_deployment_has_a_description_a_form_and_a_limit(serving: Serving) -> None:
@@ -156,6 +165,28 @@ def test_a_deployment_runs_through_the_worker_and_fills_the_served_home(serving:
     assert ended(serving, run["id"])["name"] == "generate served"
     rows = Lake(serving.home.lake).connect().sql("SELECT DISTINCT planner FROM trajectories").fetchall()
     assert rows == [("RRTConnect",)]
+
+
+def test_a_cancelled_run_ends_and_the_next_one_goes_on(serving: Serving) -> None:
+    generate = request(serving, "GET", "/deployments/name/generate/generate")["id"]
+    config = {"name": "cancelled", "n_targets": 300, "planners": ["PRM"]}
+
+    def start(**changes: Any) -> str:
+        parameters = {"config": config | changes}
+        body = {"parameters": parameters}
+        return str(request(serving, "POST", f"/deployments/{generate}/create_flow_run", body)["id"])
+
+    def made() -> dict[str, bytes]:
+        return {path.name: path.read_bytes() for path in serving.home.lake.rglob("planner=PRM/part-*")}
+
+    run = start()
+    assert true_within(120, lambda: len(made()) > 1)
+    request(serving, "POST", f"/flow_runs/{run}/set_state", {"state": {"type": "CANCELLING"}})
+    ended(serving, run, "CANCELLED")
+    kept = made()
+    ended(serving, start(n_targets=1))
+    assert made() == kept
+    assert Lake(serving.home.lake).damage() == []
 
 
 def test_a_schedule_of_a_minute_starts_a_run_that_completes(serving: Serving) -> None:
@@ -196,6 +227,32 @@ def test_a_schedule_that_was_switched_on_stays_on(serving: Serving, monkeypatch:
         deploy(serving.home.prefect / "deploy.log")
     (nightly,) = request(serving, "GET", "/deployments/name/study/study")["schedules"]
     assert nightly["active"]
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed")
+def test_a_study_is_started_watched_and_compared_in_a_browser(
+    serving: Serving, tmp_path: Path, expected_in_logs: list[str]
+) -> None:
+    # A page that asks for much lets Prefect's server miss a heartbeat of its worker; it takes the next one.
+    expected_in_logs += ["OperationalError: database is locked\n", "_persist_worker_channel_heartbeat"]
+    pictures = Path(os.environ.get("SCREENSHOTS", tmp_path)).absolute()
+    studies = {"deployments": {"name": {"any_": ["study"]}}}
+    with browser(tmp_path / "browser", WIDTH, HEIGHT) as page:
+        start(page, serving.prefect, pictures)
+        page.open("about:blank")  # a page that shows a run at work keeps a core busy
+        (run,) = request(serving, "POST", "/flow_runs/filter", studies)
+        ended(serving, run["id"])
+        watch_run(page, serving.prefect, pictures)
+        compare(page, serving.mlflow, pictures)
+    documented = DOCS / "operations"
+    assert {file.name for file in documented.iterdir()} == {
+        "form.png",
+        "run.png",
+        "results.png",
+        "mlflow.png",
+    }
+    for file in (*documented.iterdir(), *pictures.glob("*.png")):
+        assert file.stat().st_size < 100_000
 
 
 def test_mlflow_answers(serving: Serving) -> None:

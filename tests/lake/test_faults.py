@@ -6,6 +6,7 @@ import random
 import time
 from multiprocessing.synchronize import Barrier, Event
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -13,7 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from plancurate.tasks.lake.mend import mend
-from plancurate.tasks.lake.parts import sweep
+from plancurate.tasks.lake.parts import STALE_AFTER_S, sweep
 from plancurate.tasks.lake.schema import table
 from plancurate.tasks.lake.store import Lake
 
@@ -99,3 +100,26 @@ def test_an_error_in_the_middle_of_a_write_leaves_no_file(
         lake.write("targets", POOL, "second", big_part(1), {})
     assert lake.keys("targets", POOL) == {"first"}
     assert not list(tmp_path.rglob(".*.tmp"))
+
+
+def test_a_write_whose_file_a_clock_ahead_sweeps_away_fails_and_can_be_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lake, write = Lake(tmp_path), pq.write_table
+    lake.write("targets", POOL, "first", big_part(0), {})
+
+    def swept(rows: pa.Table, path: Path, **settings: Any) -> None:
+        write(rows, path, **settings)
+        ahead = time.time() + STALE_AFTER_S + 1
+        with monkeypatch.context() as patch:
+            patch.setattr(time, "time", lambda: ahead)
+            assert sweep(tmp_path) == [path]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(pq, "write_table", swept)
+        with pytest.raises(FileNotFoundError, match="part-second"):
+            lake.write("targets", POOL, "second", big_part(1), {})
+    assert lake.damage() == []
+    lake.write("targets", POOL, "second", big_part(1), {})
+    assert lake.keys("targets", POOL) == {"first", "second"}
+    assert lake.damage() == []
