@@ -267,7 +267,9 @@ def draw(scene: str, row: str, home: Path, folder: Path) -> None:
             one.shot(tests.position[test], test, name)
             for one, name in zip((worse, better), pair, strict=True)
         ]
-        write_shots(folder / f"{scene.replace(':', '-')}-{row.replace(' ', '-')}.png", shots, SIZE)
+        write_shots(
+            folder / f"{scene.replace(':', '-')}-{row.replace(',', '').replace(' ', '-')}.png", shots, SIZE
+        )
 
 
 @dataclass(frozen=True)
