@@ -21,9 +21,7 @@ from plancurate.tasks.candidates.settings import GenerateSettings, TargetSetting
 from plancurate.tasks.candidates.targets import Target, sample_targets
 
 REVISION = 2  # raise when targets' goals come out otherwise: the ids of pools with goals=consistent hold it
-STREAM = (
-    2  # the target's generator for goals around a suggestion; its position and its own goals come from others
-)
+STREAM = 2  # the target's generator for goals around a suggestion; positions and own goals come from others
 
 
 def draw_targets(
