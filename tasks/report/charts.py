@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from textwrap import wrap
 
-from plancurate.tasks.report.svg import Drawing, Scale, decades, label_width, linear
+from plancurate.tasks.report.svg import CHARACTER, Drawing, Scale, decades, label_width, linear
 
 WIDTH = 420.0  # of a chart with a row for each selection; a phone shows it at about nine tenths
 ROW = 22.0
@@ -14,6 +15,7 @@ VALUE_WIDTH = 80.0  # of the columns of numbers and stars at the right
 STARS_WIDTH = 26.0
 PANEL_WIDTH, PANEL_HEIGHT = 180.0, 150.0
 CELL = 50.0
+LINE = 13.0  # of a column's head
 # From pale to dark blue, by lightness in even steps: the order is seen without telling colours apart.
 HEAT = ("#eef4fa", "#d2e3f1", "#aecde5", "#82b3d7", "#5796c6", "#3379b1", "#195d97", "#0a4178")
 
@@ -90,18 +92,24 @@ def forest(
     return _rows(title, axis, marks, text, _scale(marks, limit, logarithmic), filled=False)
 
 
+def broken(name: str, letters: int) -> list[str]:
+    """A name in lines of at most so many letters, broken at spaces and after underscores and hyphens."""
+    lines = wrap(name.replace("_", "_ ").replace("-", "- "), letters)
+    return [line.replace("_ ", "_").replace("- ", "-") for line in lines]
+
+
 def heat_map(
     title: str, rows: Sequence[str], columns: Sequence[str], shares: Mapping[tuple[str, str], float]
 ) -> Drawing:
     """Shares (0 to 1) of each row and column as shaded cells with the percentage in them."""
     left = label_width(rows)
-    top = 34.0
     width = max(CELL, (WIDTH - left - MARGIN) / len(columns))
+    heads = [broken(column, max(8, int(width / CHARACTER))) for column in columns]
+    top = 8.0 + LINE * max(map(len, heads))
     drawing = Drawing(left + width * len(columns) + MARGIN, top + ROW * len(rows) + MARGIN, title)
-    for j, column in enumerate(columns):
-        middle = left + width * (j + 0.5)
-        for k, part in enumerate(column.replace("RNN_", "RNN_ ").split()):
-            drawing.text(middle, 14 + 13 * k, part, anchor="middle")
+    for j, head in enumerate(heads):
+        for k, part in enumerate(head):
+            drawing.text(left + width * (j + 0.5), 14 + LINE * k, part, anchor="middle")
     for i, row in enumerate(rows):
         y = top + ROW * i
         drawing.text(left - 6, y + 15, row, anchor="end")

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import escape, quoteattr
 
-CHARACTER = 6.5  # width of a letter of the picture's text on average, in the picture's units
+CHARACTER = 7.2  # width of a letter of the picture's text on average, in the picture's units
 LINE = 14  # height of a line of that text
 
 

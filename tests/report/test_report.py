@@ -15,6 +15,7 @@ import pytest
 from plancurate.flows.cli.pools import say_unsteady
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.report import Report, build_report, markdown, write_report
+from plancurate.tasks.report.charts import broken
 from plancurate.tasks.report.commands import literal
 from plancurate.tasks.report.contents import Report as Contents
 from plancurate.tasks.report.contents import Section, Table
@@ -522,3 +523,9 @@ def test_several_scenes_stand_in_one_report(small_lake: Lake, maker: Any) -> Non
     assert [drawn.count(f">{scene}</text>") for scene in ("free", "table")] == [1, 1]
     assert figures["figure_2"].note.startswith("All scenes.")
     checked(page(report))
+
+
+def test_a_long_name_is_broken_into_lines_that_fit() -> None:
+    assert broken("clutter-7-12-0.06", 8) == ["clutter-", "7-12-", "0.06"]
+    assert broken("BC_RNN_Dropout", 8) == ["BC_RNN_", "Dropout"]
+    assert broken("all scenes", 12) == ["all scenes"]
