@@ -38,7 +38,6 @@ from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.reach import goal_solutions
 from plancurate.tasks.learning.rollouts import roll_out
 from plancurate.tasks.learning.test_targets import TargetsUnderTest, reachable_tests, unseen_tests
-from plancurate.tasks.learning.training_goals import expected_goals
 from plancurate.tasks.motion.rollout import goals_of
 from plancurate.tasks.pictures.files import write_shots
 from plancurate.tasks.pictures.rollout_shots import rollout_run
@@ -239,7 +238,7 @@ def goals_shown(
     seed, settings = study.config.evaluation.seed, pool.settings.targets
     if policy.goals is None or not ROWS[row].drawn_goals:
         return goals_of(policy, pool.robot, pool.scene, tests.position, settings, seed)
-    goals = expected_goals(policy.goals, tests.position)
+    goals = policy.goals.at(tests.position)
     for i, position in enumerate(tests.position):
         drawn = goal_solutions(pool.robot, pool.scene, position, settings, (seed, i))
         if len(drawn):

@@ -12,7 +12,7 @@ from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.metrics import PathMetrics, path_metrics
 from plancurate.tasks.candidates.playback import Verification, verify
 from plancurate.tasks.candidates.settings import TimingSettings, VerifySettings
-from plancurate.tasks.candidates.time_parameterisation import Timed, as_sampled, time_path
+from plancurate.tasks.candidates.time_parameterisation import Timed, time_path
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +28,8 @@ class Postprocessed:
 
 Postprocess = Callable[[FloatArray, FloatArray], Postprocessed]
 """(path (w, n), target position (3,)) -> trajectory."""
+Timing = Callable[[Robot, Scene, FloatArray, TimingSettings], Timed]
+"""How a path (w, n) becomes samples."""
 
 
 def postprocess(
@@ -37,38 +39,15 @@ def postprocess(
     target_position: FloatArray,
     timing: TimingSettings,
     playback: VerifySettings,
+    timed_by: Timing = time_path,
 ) -> Postprocessed:
-    """Time `path` (w, n), rad, then measure it against `target_position` (3,), m, and play it back."""
+    """Time `path` (w, n), rad, then measure it against `target_position` (3,), m, and play it back.
+
+    Samples that are timed already stay as they are with `timed_by=as_sampled`.
+    """
     start = time.perf_counter()
-    timed = time_path(robot, scene, path, timing)
+    timed = timed_by(robot, scene, path, timing)
     timing_s = time.perf_counter() - start
-    return _played_back(robot, scene, timed, timing_s, target_position, timing, playback)
-
-
-def play_back(
-    robot: Robot,
-    scene: Scene,
-    q: FloatArray,
-    target_position: FloatArray,
-    timing: TimingSettings,
-    playback: VerifySettings,
-) -> Postprocessed:
-    """The same for samples `q` (m, n), rad, that are timed already: one every `timing.dt` s, and stay as they are."""
-    start = time.perf_counter()
-    timed = as_sampled(robot, scene, q, timing)
-    timing_s = time.perf_counter() - start
-    return _played_back(robot, scene, timed, timing_s, target_position, timing, playback)
-
-
-def _played_back(
-    robot: Robot,
-    scene: Scene,
-    timed: Timed,
-    timing_s: float,
-    target_position: FloatArray,
-    timing: TimingSettings,
-    playback: VerifySettings,
-) -> Postprocessed:
     if timed.reason:
         return Postprocessed(timed, None, None, timing_s, 0.0)
     metrics = path_metrics(robot, scene, timed.q, timing.dt, target_position)

@@ -16,11 +16,12 @@ from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.generate import named, pool_id, run_row
-from plancurate.tasks.candidates.postprocess import play_back
+from plancurate.tasks.candidates.postprocess import postprocess
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import PlannedPath
 from plancurate.tasks.candidates.sources.recorded import SOURCE
 from plancurate.tasks.candidates.targets import Target
+from plancurate.tasks.candidates.time_parameterisation import as_sampled
 from plancurate.tasks.lake.schema import table
 
 
@@ -113,7 +114,9 @@ def recorded_rows(
     One that ends farther than `same_m` from its target, leaves a limit or touches something is not solved; playback
     decides whether the others are verified.
     """
-    check = partial(play_back, robot, scene, timing=settings.timing, playback=settings.verify)
+    check = partial(
+        postprocess, robot, scene, timing=settings.timing, playback=settings.verify, timed_by=as_sampled
+    )
     pool = pool_id(robot, scene, settings)
     rows = [
         named(

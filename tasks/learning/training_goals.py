@@ -35,6 +35,10 @@ class TrainingGoals:
     configurations: FloatArray
     """(g, n), rad or m."""
 
+    def at(self, positions: FloatArray) -> FloatArray:
+        """Goal configurations (t, n) that they suggest at positions (t, 3), m: see `suggested_goals`."""
+        return suggested_goals(self.positions, self.configurations, positions)
+
 
 def training_goals(positions: FloatArray, ends: FloatArray) -> TrainingGoals:
     """The goals of demonstrations that lead to positions (d, 3) and end at configurations (d, n).
@@ -52,11 +56,6 @@ def medoid(q: FloatArray) -> FloatArray:
     return np.asarray(q[np.linalg.norm(q[:, None] - q, axis=2).sum(axis=1).argmin()])
 
 
-def expected_goals(training: TrainingGoals, positions: FloatArray) -> FloatArray:
-    """Goal configurations (t, n) that the training targets around positions (t, 3) suggest (`suggested_goals`)."""
-    return suggested_goals(training.positions, training.configurations, positions)
-
-
 def chosen_goals(
     training: TrainingGoals,
     robot: Robot,
@@ -70,7 +69,7 @@ def chosen_goals(
     Inverse kinematics continues from the expected goal; where that ends nowhere or in a collision, it searches around
     it and everywhere, by the seed of the position; the expected goal itself stands where there is no free one.
     """
-    expected = expected_goals(training, positions)
+    expected = training.at(positions)
     return agreeing_goals(
         robot,
         scene,

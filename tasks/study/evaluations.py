@@ -21,7 +21,8 @@ from plancurate.tasks.learning.test_targets import (
     reachable_tests,
     unseen_tests,
 )
-from plancurate.tasks.learning.training_goals import FloatArray, chosen_goals
+from plancurate.tasks.learning.training_goals import FloatArray
+from plancurate.tasks.motion.rollout import goals_of
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.identity import digest
 from plancurate.tasks.study.networks import Network, load_network, wanted_networks
@@ -45,16 +46,8 @@ def goals_at(
     test_ids: Sequence[int],
 ) -> FloatArray | None:
     """Return the goals (t, n) that a network is shown at tests at positions (t, 3), m; None where no term needs any."""
-    if trained.goals is None:
-        return None
-    return chosen_goals(
-        trained.goals,
-        pool.robot,
-        pool.scene,
-        positions,
-        pool.settings.targets,
-        [(study.config.evaluation.seed, test_id) for test_id in test_ids],
-    )
+    seed, targets = study.config.evaluation.seed, pool.settings.targets
+    return goals_of(trained, pool.robot, pool.scene, positions, targets, seed, test_ids)
 
 
 def network_goals(

@@ -29,7 +29,6 @@ from plancurate.tasks.learning.train import train
 from plancurate.tasks.learning.training_goals import (
     TrainingGoals,
     chosen_goals,
-    expected_goals,
     training_goals,
 )
 from plancurate.tasks.motion.rollout import goals_of
@@ -51,7 +50,7 @@ def along_x(*goals: tuple[float, list[float]]) -> TrainingGoals:
 
 
 def expected_at(x: float, *goals: tuple[float, list[float]]) -> list[float]:
-    found: list[float] = expected_goals(along_x(*goals), np.array([[x, 0.0, 0.0]]))[0].tolist()
+    found: list[float] = along_x(*goals).at(np.array([[x, 0.0, 0.0]]))[0].tolist()
     return found
 
 
@@ -107,7 +106,7 @@ def test_where_the_continued_goal_collides_one_near_it_is_chosen_and_out_of_reac
     positions = np.array([target.position for target in targets])
     shown = TrainingGoals(positions[:1], targets[0].goals[:1])
     seeds = [(5, k) for k in range(len(targets))]
-    expected = expected_goals(shown, positions)
+    expected = shown.at(positions)
     _, continued = continued_goals(robot, table, positions, expected, settings)
     goals = chosen_goals(shown, robot, table, positions, settings, seeds)
     assert 0 < continued.mean() < 1

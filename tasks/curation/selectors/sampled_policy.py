@@ -24,7 +24,6 @@ from plancurate.tasks.learning.policies.mlp import MLPPolicy
 from plancurate.tasks.learning.policies.trained import TrainedPolicy
 from plancurate.tasks.learning.rollouts import Trials
 from plancurate.tasks.learning.test_targets import directions
-from plancurate.tasks.learning.training_goals import expected_goals
 
 DISPLACED_M = 0.05
 """Largest displacement of a rollout's target from the training target."""
@@ -125,7 +124,7 @@ def roll_out(problem: Problem, policy: SampledPolicy, each: int) -> Rollouts:
     shown = (
         policy.trained.goals
     )  # where a term needs goals, those of near training targets do without a search
-    goals = None if shown is None else expected_goals(shown, positions)
+    goals = None if shown is None else shown.at(positions)
     trials = Trials(problem.robot, problem.scene, positions, settings, dt, goals)
     terms = [name for name, _ in policy.trained.layout]
     seen, done, lengths = [], [], np.zeros(len(positions), dtype=np.int64)
