@@ -6,14 +6,15 @@ from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.begin import begin
-from plancurate.flows.cli.pools import say_unsteady
 from plancurate.flows.forms import SelectionsConfig
 from plancurate.flows.label import label_all
 from plancurate.flows.progress import stage
-from plancurate.flows.run_page import show_table
+from plancurate.flows.run_page import show_table, tell
 from plancurate.flows.task_runs import run_all
+from plancurate.tasks.study import text
 from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.records import record_study
+from plancurate.tasks.study.selection_results import ranking_rows
 from plancurate.tasks.study.selections import WantedSelection, make_selection, study_selections
 
 
@@ -33,7 +34,9 @@ def curate(config: SelectionsConfig, home: str = "") -> None:
         calls = ((reference(study), selection, selection.title) for selection in wanted)
         # Side by side they would lengthen each other's selection time.
         run_all(select, calls, in_flight=1, ended=lambda _: bar.advance())
-    say_unsteady(study.lake, study.study)
+    for row in ranking_rows(study.lake, study.study):
+        if row.unsteady:
+            tell(f"  {text.unsteady(row)}", style="yellow")
     coverage = study.lake.query("results/coverage", study=study.study).to_pylist()
     show_table("coverage", coverage, "What each selection keeps of the pool's targets.")
 
