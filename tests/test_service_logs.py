@@ -16,10 +16,11 @@ FAULT = "Traceback (most recent call last):\n  line 2, in {}\nOperationalError: 
 
 
 def log_with(folder: Path, text: str) -> Path:
-    log = folder / "home" / "prefect" / "server.log"
+    """A folder with a home whose server said that, deeper than where logs are looked for after each test."""
+    log = folder / "deeper" / "home" / "prefect" / "server.log"
     log.parent.mkdir(parents=True)
     log.write_text(text)
-    return folder
+    return folder / "deeper"
 
 
 def test_a_heartbeat_that_sqlite_refused_is_no_fault_with_its_cause(tmp_path: Path) -> None:
