@@ -34,7 +34,7 @@ LONGEST = (
     "integration/test_runners", "flows/test_server", "integration/test_all_planners",
     "integration/test_goals_and_references", "integration/test_bad_input", "integration/test_notebook",
 )  # fmt: skip
-SERVER_FIXTURES = {"plancurate", "smoke", "tables"}  # commands, a study that one ran, homes for services
+SERVER_FIXTURES = {"commands", "smoke", "tables"}  # commands, a study that one ran, homes for services
 
 
 def pytest_itemcollected(item: pytest.Function) -> None:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import kendalltau
 
 from plancurate.tasks.report.contents import Section, Table
 from plancurate.tasks.study import text
@@ -97,4 +96,6 @@ def mean_by_selector(rates: Sequence[Mapping[str, str | int]], counted: str) -> 
 
 def order(by_selector: Mapping[str, float], base: Mapping[str, float]) -> float:
     """Kendall's tau of two orders of the same selectors."""
+    from scipy.stats import kendalltau  # most of a second that most reports do without
+
     return float(kendalltau([by_selector[name] for name in base], list(base.values())).statistic)

@@ -11,6 +11,9 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 from ..homes import environment
@@ -28,9 +31,11 @@ from plancurate.flows.cli.app import main
 gc.freeze()  # or each collection in a command would copy all of it
 for line in sys.stdin:
     call = json.loads(line)
-    if (child := os.fork()) == 0:
+    if "ended" in call:
+        answer = os.waitstatus_to_exitcode(os.waitpid(call["ended"], 0)[1])
+    elif (answer := os.fork()) == 0:
         break
-    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+    print(answer, flush=True)
 else:
     os._exit(0)
 signal.alarm(call["seconds"])
@@ -60,34 +65,62 @@ def command_line(*words: str) -> list[str]:
     return [sys.executable, "-c", "from plancurate.flows.cli.app import main; main()", *words]
 
 
+@dataclass(frozen=True)
+class Running:
+    """A command that was started."""
+
+    commands: Commands
+    words: tuple[str, ...]
+    pid: int
+    outputs: tuple[Path, Path]
+
+    def has_ended(self) -> bool:
+        """Whether it has ended, without waiting for it."""
+        return Path(f"/proc/{self.pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+
+    def result(self) -> subprocess.CompletedProcess[str]:
+        """What it said and how it ended; waits for it, and is asked for once."""
+        code = self.commands.ask({"ended": self.pid})
+        return subprocess.CompletedProcess(self.words, code, *(file.read_text() for file in self.outputs))
+
+
 class Commands:
-    """Runs plancurate and captures what it says, one command at a time."""
+    """Runs plancurate and captures what it says."""
 
     def __init__(self, folder: Path) -> None:
-        self.outputs = [folder / "stdout", folder / "stderr"]
+        self.folder, self.started = folder, count()
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(
             [sys.executable, "-c", FORK], env=environment(), stdin=pipe, stdout=pipe, text=True
         )
 
-    def run(
-        self, *words: str, folder: Path | None = None, **variables: str
-    ) -> subprocess.CompletedProcess[str]:
-        """Run a command in a folder with environment variables of its own; one that hangs is killed after TIMEOUT_S."""
+    def ask(self, call: Mapping[str, object]) -> int:
+        """The answer of the process that forks."""
         assert self.process.stdin is not None
         assert self.process.stdout is not None
-        for file in self.outputs:
-            file.write_bytes(b"")
+        print(json.dumps(call), file=self.process.stdin, flush=True)
+        return int(self.process.stdout.readline())
+
+    def start(self, *words: str, folder: Path | None = None, **variables: str) -> Running:
+        """Start a command in a folder with environment variables of its own; it is killed after TIMEOUT_S."""
+        number = next(self.started)
+        outputs = (self.folder / f"{number}.stdout", self.folder / f"{number}.stderr")
+        for file in outputs:
+            file.touch()
         call = {
             "words": words,
             "folder": str(folder or Path.cwd()),
             "environment": environment(**variables),
-            "files": ["/dev/null", *map(str, self.outputs)],
+            "files": ["/dev/null", *map(str, outputs)],
             "seconds": TIMEOUT_S,
         }
-        print(json.dumps(call), file=self.process.stdin, flush=True)
-        code = int(self.process.stdout.readline())
-        return subprocess.CompletedProcess(words, code, *(file.read_text() for file in self.outputs))
+        return Running(self, words, self.ask(call), outputs)
+
+    def run(
+        self, *words: str, folder: Path | None = None, **variables: str
+    ) -> subprocess.CompletedProcess[str]:
+        """Run a command to its end, as `start` does."""
+        return self.start(*words, folder=folder, **variables).result()
 
     def close(self) -> None:
         """End the process that forks."""

@@ -24,10 +24,16 @@ Command = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture(scope="session")
-def plancurate(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Command]:
-    """Run plancurate as a user would and capture what it says."""
+def commands(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Commands]:
+    """Commands of plancurate as a user would type them."""
     with closing(Commands(tmp_path_factory.mktemp("commands"))) as commands:
-        yield commands.run
+        yield commands
+
+
+@pytest.fixture(scope="session")
+def plancurate(commands: Commands) -> Command:
+    """Run plancurate as a user would and capture what it says."""
+    return commands.run
 
 
 @pytest.fixture(scope="session")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
-import subprocess
 import time
 from pathlib import Path
 from typing import Any
@@ -15,28 +15,21 @@ from plancurate import sql
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.config import load_config
 
-from ..homes import environment
-from .commands import command_line
+from .commands import Commands, Running
 from .conftest import Command, Studied
 
 TIMEOUT_S = 240
 
 
-def kill_after_parts(words: list[str], home: Path, table: str, count: int, **variables: str) -> None:
-    """Start a command and kill -9 it as soon as the lake holds `count` parts of a table with rows."""
-    process = subprocess.Popen(
-        command_line(*words),
-        env=environment(**variables),
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
+def kill_after_parts(running: Running, home: Path, table: str, count: int) -> None:
+    """kill -9 a command as soon as the lake holds `count` parts of a table with rows."""
     deadline = time.monotonic() + TIMEOUT_S
     while sum("schema" not in path.name for path in (home / "lake" / table).rglob("part-*.parquet")) < count:
-        assert process.poll() is None, "the command ended before it could be killed"
+        assert not running.has_ended(), "the command ended before it could be killed"
         assert time.monotonic() < deadline
         time.sleep(0.005)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
+    os.kill(running.pid, signal.SIGKILL)
+    assert running.result().returncode == -signal.SIGKILL
 
 
 def content(home: Path, statement: str) -> list[dict[str, Any]]:
@@ -44,11 +37,12 @@ def content(home: Path, statement: str) -> list[dict[str, Any]]:
 
 
 def test_a_killed_generate_goes_on_without_duplicates(
-    smoke: Studied, plancurate: Command, shared_server: str, tmp_path: Path
+    smoke: Studied, commands: Commands, shared_server: str, tmp_path: Path
 ) -> None:
-    words = ["generate", "--preset", "smoke", "--home", str(tmp_path)]
-    kill_after_parts(words, tmp_path, "trajectories", 3, PREFECT_API_URL=shared_server)
-    assert plancurate(*words, PREFECT_API_URL=shared_server).returncode == 0
+    words = ("generate", "--preset", "smoke", "--home", str(tmp_path))
+    started = commands.start(*words, PREFECT_API_URL=shared_server)
+    kill_after_parts(started, tmp_path, "trajectories", 3)
+    assert commands.run(*words, PREFECT_API_URL=shared_server).returncode == 0
     planners = load_config("smoke", None, {}).planners
     same = (
         f"SELECT trajectory_id, q FROM trajectories WHERE target_id < 2 AND planner IN {planners} ORDER BY 1"
@@ -58,13 +52,13 @@ def test_a_killed_generate_goes_on_without_duplicates(
 
 
 def test_a_killed_evaluate_goes_on_without_duplicates(
-    smoke: Studied, plancurate: Command, shared_server: str, tmp_path: Path
+    smoke: Studied, commands: Commands, shared_server: str, tmp_path: Path
 ) -> None:
     home = shutil.copytree(smoke.untouched, tmp_path / "home")
     shutil.rmtree(home / "lake" / "evaluations")
-    words = ["study", "--preset", "smoke", "--home", str(home)]
-    kill_after_parts(words, home, "evaluations", 2, PREFECT_API_URL=shared_server)
-    done = plancurate(*words, PREFECT_API_URL=shared_server)
+    words = ("study", "--preset", "smoke", "--home", str(home))
+    kill_after_parts(commands.start(*words, PREFECT_API_URL=shared_server), home, "evaluations", 2)
+    done = commands.run(*words, PREFECT_API_URL=shared_server)
     assert done.returncode == 0, done.stderr
     same = (
         "SELECT * EXCLUDE (pool, selection_time_s, train_s) FROM evaluations ORDER BY evaluation_id, test_id"

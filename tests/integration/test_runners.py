@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import pytest
 
 from plancurate.tasks.lake.store import Lake
 
-from ..homes import NewHome, environment
-from .commands import TIMEOUT_S, command_line
+from ..homes import NewHome
+from .commands import Commands
 from .conftest import Command
 from .test_resume import assert_sound
 
@@ -74,21 +73,15 @@ def test_a_study_writes_the_same_rows_on_every_runner(
 
 
 def test_studies_at_once_in_a_home_write_what_each_writes_alone(
-    on_threads: Rows, new_home: NewHome, tmp_path: Path
+    commands: Commands, shared_server: str, on_threads: Rows, new_home: NewHome, tmp_path: Path
 ) -> None:
     home = new_home(tmp_path / "home")
     started = [
-        subprocess.Popen(
-            command_line(*words(home, name, "threads")),
-            env=environment(),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        commands.start(*words(home, name, "threads"), PREFECT_API_URL=shared_server)
         for name in ("tiny", "other")
     ]
-    for process in started:
-        _, said = process.communicate(timeout=TIMEOUT_S)
-        assert process.returncode == 0, said
+    for one in started:
+        done = one.result()
+        assert done.returncode == 0, done.stderr
     assert rows(home, "tiny") == rows(home, "other") == on_threads
     assert_sound(home)

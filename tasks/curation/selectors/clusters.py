@@ -1,6 +1,7 @@
 """Labels of the candidates by where their tool ends, and which cluster belongs to which target.
 
 Pools up to a stated size are clustered point by point; in larger ones, what lies in one small cell is one point.
+scikit-learn is imported where it clusters: loading it takes a second, and most processes of a study don't cluster.
 """
 
 from __future__ import annotations
@@ -11,7 +12,6 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
-from sklearn.cluster import DBSCAN, AgglomerativeClustering, KMeans
 
 from plancurate.tasks.curation.pool import FloatArray, Pool
 from plancurate.tasks.curation.selectors.base import IntArray, Settings
@@ -62,6 +62,8 @@ class HierarchicalSettings(NumberSettings):
 
 def kmeans_labels(pool: Pool, settings: KMeansSettings, seed: int) -> IntArray:
     """Cluster of every candidate (candidates,)."""
+    from sklearn.cluster import KMeans
+
     points = pool.tool_positions()
     if len(points) * settings.number(pool) > _MOST_POINTS_AND_MEANS:
         return _kmeans_of_cells(gathered(points, np.ones(len(points)), _CELL_M), pool, settings, seed)
@@ -71,6 +73,8 @@ def kmeans_labels(pool: Pool, settings: KMeansSettings, seed: int) -> IntArray:
 
 def _kmeans_of_cells(cells: Cells, pool: Pool, settings: KMeansSettings, seed: int) -> IntArray:
     """Cluster of every candidate by k-means of weighted cells."""
+    from sklearn.cluster import KMeans
+
     clusters = min(settings.number(pool), len(cells.centre))
 
     def starts(points: FloatArray, number: int, random_state: np.random.RandomState) -> FloatArray:
@@ -85,6 +89,8 @@ def dbscan_labels(pool: Pool, settings: DBSCANSettings, seed: int) -> IntArray:
 
     In a large pool, neighbours may be farther or nearer than said by a tenth: cells are a twentieth as large.
     """
+    from sklearn.cluster import DBSCAN
+
     points = pool.tool_positions()
     eps = settings.eps_m or settings.eps_share * _smallest_distance(pool.target_positions())
     eps = max(eps, _SMALLEST_EPS_M)
@@ -107,6 +113,8 @@ def hierarchical_labels(pool: Pool, settings: HierarchicalSettings, seed: int) -
 
 
 def _ward(points: FloatArray, number: int) -> IntArray:
+    from sklearn.cluster import AgglomerativeClustering
+
     if len(points) == 1:
         return np.zeros(1, dtype=np.int64)
     return _integers(AgglomerativeClustering(min(number, len(points))).fit_predict(points))
@@ -138,7 +146,9 @@ def _integers(labels: IntArray) -> IntArray:
 
 @cache
 def warm_up() -> None:
-    """Pay what scikit-learn's first calls cost: 0.1 s, for it looks up thread pools."""
+    """Pay what scikit-learn and its first calls cost: a second, and 0.1 s, for it looks up thread pools."""
+    from sklearn.cluster import DBSCAN, AgglomerativeClustering, KMeans
+
     points = np.eye(3)
     KMeans(2, n_init=1, random_state=0).fit_predict(points)
     DBSCAN(0.1).fit_predict(points)

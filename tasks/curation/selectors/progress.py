@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from scipy.signal import lfilter
 from torch import Tensor
 from torch.nn.functional import cross_entropy, softmax
 
@@ -140,6 +139,8 @@ def suboptimality(clocked: Clocked, lack: FloatArray) -> FloatArray:
     Each step gets the mean lack of the windows that cover it, the blame for later lacks, which fades with the
     time between, and half of the result is replaced by its mean over the trajectory.
     """
+    from scipy.signal import lfilter  # half a second that nobody else needs
+
     spread = []
     for own, step in zip(np.split(lack, clocked.starts[1:]), clocked.step, strict=True):
         covering = covering_mean(own, max(1, round(WINDOW / step)))
