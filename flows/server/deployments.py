@@ -24,15 +24,16 @@ DEPLOY = [sys.executable, "-m", "prefect", "--no-prompt", "deploy", "--all"]
 def deploy(log: Path) -> None:
     """Create the work pool and register every deployment; PlancurateError where Prefect refuses one.
 
-    A schedule that somebody switched on stays on: the file only says how it starts out. What Prefect says of it
-    is written to `log`.
+    A schedule or an automation that somebody switched on stays on: the file only says how it starts out. What Prefect
+    says of it is written to `log`.
     """
     from prefect.client.orchestration import get_client
 
     with get_client(sync_client=True) as client:
         client.create_work_pool(_work_pool(), overwrite=True)
         deployments = client.read_deployments()
-        switched_on = [(item.id, plan.id) for item in deployments for plan in item.schedules if plan.active]
+        schedules = [(item.id, plan.id) for item in deployments for plan in item.schedules if plan.active]
+        automations = {item.name for item in client.read_automations() if item.enabled}
         variables = {**os.environ, "PWD": str(FOLDER)}  # where the file says that its entry points lie
         with log.open("wb") as output:
             done = subprocess.run(
@@ -40,8 +41,11 @@ def deploy(log: Path) -> None:
             )
         if done.returncode:
             raise PlancurateError(f"{log}: prefect deploy failed: {last_line(log)}")
-        for deployment, schedule in switched_on:
+        for deployment, schedule in schedules:
             client.update_deployment_schedule(deployment, schedule, active=True)
+        for automation in client.read_automations():  # Prefect makes those of a deployment anew
+            if automation.name in automations and not automation.enabled:
+                client.resume_automation(automation.id)
 
 
 def _work_pool() -> WorkPoolCreate:

@@ -214,12 +214,24 @@ def test_a_schedule_of_a_minute_starts_a_run_that_completes(serving: Serving) ->
     assert abs(began - expected) < timedelta(seconds=45)  # a worker may take a run up moments early
 
 
-def test_a_schedule_that_was_switched_on_stays_on(serving: Serving, monkeypatch: pytest.MonkeyPatch) -> None:
+def automation(serving: Serving) -> dict[str, Any]:
+    (found,) = request(serving, "POST", "/automations/filter", {})
+    return dict(found)
+
+
+def switch(serving: Serving, enabled: bool) -> None:
+    """Switch the automation on or off, as its toggle does."""
+    request(serving, "PATCH", f"/automations/{automation(serving)['id']}", {"enabled": enabled})
+
+
+def test_what_was_switched_on_stays_on(serving: Serving, monkeypatch: pytest.MonkeyPatch) -> None:
     from prefect.client.orchestration import SyncPrefectClient
     from prefect.settings import temporary_settings
 
     study = request(serving, "GET", "/deployments/name/study/study")
     (nightly,) = study["schedules"]
+    assert not automation(serving)["enabled"]
+    switch(serving, True)
     with SyncPrefectClient(f"{serving.prefect}/api") as client:
         client.update_deployment_schedule(study["id"], nightly["id"], active=True)
     monkeypatch.setenv("PREFECT_API_URL", f"{serving.prefect}/api")
@@ -227,6 +239,23 @@ def test_a_schedule_that_was_switched_on_stays_on(serving: Serving, monkeypatch:
         deploy(serving.home.prefect / "deploy.log")
     (nightly,) = request(serving, "GET", "/deployments/name/study/study")["schedules"]
     assert nightly["active"]
+    assert automation(serving)["enabled"]
+
+
+def test_the_automation_curates_what_generate_has_planned(serving: Serving) -> None:
+    switch(serving, True)
+    deployments = {
+        name: request(serving, "GET", f"/deployments/name/{name}/{name}") for name in ("generate", "curate")
+    }
+    body = {"parameters": ONE_TARGET}
+    planned = request(serving, "POST", f"/deployments/{deployments['generate']['id']}/create_flow_run", body)
+    ended(serving, planned["id"])
+    of_curate = {"flow_runs": {"deployment_id": {"any_": [deployments["curate"]["id"]]}}}
+    assert true_within(60, lambda: bool(request(serving, "POST", "/flow_runs/filter", of_curate)))
+    switch(serving, False)
+    (run,) = request(serving, "POST", "/flow_runs/filter", of_curate)
+    assert run["parameters"] == ONE_TARGET
+    assert ended(serving, run["id"])["name"] == "curate served"
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed")
