@@ -79,8 +79,8 @@ def success_metrics(row: SummaryRow) -> Metrics:
     """Return a selection's success over all its networks, with its interval."""
     return {
         "success_rate": row.success_rate,
-        "success_rate_ci_low": row.interval.low,
-        "success_rate_ci_high": row.interval.high,
+        "success_low": row.interval.low,
+        "success_high": row.interval.high,
     }
 
 
@@ -143,11 +143,11 @@ def shown_metrics(row: ResultRow, selection: Selection, policy: TrainedPolicy) -
     """Return what a network achieved, and what it cost."""
     return {
         "success_rate": row.success_rate,
-        "success_rate_ci_low": row.ci_low,
-        "success_rate_ci_high": row.ci_high,
+        "success_low": row.ci_low,
+        "success_high": row.ci_high,
         "settled_rate": row.settled_rate,
-        "settled_rate_ci_low": row.settled_ci_low,
-        "settled_rate_ci_high": row.settled_ci_high,
+        "settled_low": row.settled_ci_low,
+        "settled_high": row.settled_ci_high,
         "final_distance": row.final_distance,
         "path_length": row.path_length,
         "joint_movement": row.joint_movement,

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 NOTE = "mlflow.note.content"
 VIEW_LINK = "#/experiments/{}/runs?viewStateShareKey=results&workflowType=machine_learning"
-VIEW_METRICS = ("success_rate", "success_rate_ci_low", "success_rate_ci_high")
+VIEW_METRICS = ("success_rate", "success_low", "success_high")
 VIEW_PARAMS = ("selector", "policy")  # no more than a page shows at once; a run's name has the rest
 SECTION = "success"
 MAX_NOTE = 5000  # MLflow cuts longer tags of an experiment off in silence

@@ -77,7 +77,7 @@ def compare(page: Page, mlflow: str, pictures: Path) -> None:
     page.wait_for_text("General, which keeps every candidate")
     page.press("All runs, best first")
     page.wait_for(f"(document.querySelector('{ASSISTANT_CLOSE}')?.click(), {in_view('selector')})")
-    for column in ("success_rate", "success_rate_ci_low", "success_rate_ci_high", "policy"):
+    for column in ("success_rate", "success_low", "success_high", "policy"):
         page.wait_for(in_view(column))
     picture(page, pictures / "mlflow.png")
 

@@ -78,7 +78,7 @@ def child(model_folder: Path) -> ChildRun:
         policy="BC_RNN",
         seed=0,
         params={"training.steps": 200},
-        metrics={"success_rate": 0.95, "success_rate_ci_low": 0.88, "success_rate_ci_high": 0.98},
+        metrics={"success_rate": 0.95, "success_low": 0.88, "success_high": 0.98},
         loss_curve=[(100, 0.5), (200, 0.25)],
         pool_hash="0123456789ab",
         selection_id="KMeans_Hybrid-k20-s0-fedcba987654",
@@ -125,7 +125,7 @@ def test_a_selection_has_a_run_with_its_interval_above_those_of_its_networks(
 ) -> None:
     study = begin()
     tracking.log_child(study, child)
-    rates = {"success_rate": 0.9, "success_rate_ci_low": 0.8, "success_rate_ci_high": 0.95}
+    rates = {"success_rate": 0.9, "success_low": 0.8, "success_high": 0.95}
     tracking.finish_study(study, "verdict", {}, {"KMeans_Hybrid k=20": rates})
     (selection,) = below(study, study.run_id)
     assert (selection.info.run_name, selection.info.status) == ("KMeans_Hybrid k=20", "FINISHED")
