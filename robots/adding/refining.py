@@ -93,7 +93,7 @@ def refined(model: Model, solids: Mapping[str, Solid], most: int) -> Shapes:
         if sum(touch.share for touch in found) < sum(touch.share for touch in touches):
             clusters, touches = tried, found
         rooms |= asked
-    apart = states_apart(model, clusters, surfaces, states[:JUDGED])
+    apart = states_apart(model.with_shapes(shapes_of(clusters)), surfaces, states[:JUDGED])
     fitted = shapes_of(split_where_it_pays(clusters, rooms, apart))
     return {link: (*solid.shapes, *fitted.get(link, ())) for link, solid in solids.items()}
 
@@ -112,11 +112,11 @@ def fitted_alone(
     return rooms, {link: clusters for link, (_, clusters) in found.items()}
 
 
-def states_apart(model: Model, clusters: Clusters, surfaces: Surfaces, states: FloatArray) -> Apart:
+def states_apart(model: Model, surfaces: Surfaces, states: FloatArray) -> Apart:
     """Those of the states (b,n) in which no surfaces touch; pairs that touch in all of them are left out."""
-    posed, touched, pairs = model.with_shapes(shapes_of(clusters)), np.zeros(len(states), dtype=bool), []
-    for pair in posed.unrelated_pairs():
-        rows = np.flatnonzero(~native.is_free(posed.of_links(*pair), empty_scene().native, states))
+    touched, pairs = np.zeros(len(states), dtype=bool), []
+    for pair in model.unrelated_pairs():
+        rows = np.flatnonzero(~native.is_free(model.of_links(*pair), empty_scene().native, states))
         near = rows[~surfaces.apart(*pair, surfaces.relative(*pair, states[rows]))]
         if len(near) < len(states):
             pairs.append(pair)

@@ -1,16 +1,22 @@
 """Links that pass each other closely: their primitives are split until they let each other pass."""
 
+from pathlib import Path
+
 import numpy as np
+import pybullet_data
 import pytest
 import trimesh
 
 from plancurate import native
+from plancurate.robots import load_robot
 from plancurate.robots.adding import refining
+from plancurate.robots.adding.findings import Findings
 from plancurate.robots.adding.fitting import fit
 from plancurate.robots.adding.model import Model
 from plancurate.robots.adding.quality import depth
 from plancurate.robots.adding.refining import Surfaces, refined, states_apart
-from plancurate.robots.adding.solids import Solid
+from plancurate.robots.adding.solids import Solid, read_solids
+from plancurate.robots.adding.source import read_source
 from plancurate.robots.adding.splitting import LOST, Apart, shapes_of, split_where_it_pays
 from plancurate.robots.adding.surroundings import surroundings
 from plancurate.robots.chain import serial_chain
@@ -98,7 +104,7 @@ def test_splits_are_judged_by_states_that_are_free_for_the_meshes(model, meshes)
         link: fit(solid.triangles, 3, surroundings(solid.triangles)) for link, solid in solids.items()
     }
     states = model.draw(1000, 0)
-    apart = states_apart(model, clusters, Surfaces(model, solids), states)
+    apart = states_apart(model.with_shapes(shapes_of(clusters)), Surfaces(model, solids), states)
     assert apart.pairs == [PAIR]
     turned = states.sum(axis=1)
     hits = np.abs(turned + 1.1) < 0.15
@@ -114,3 +120,15 @@ def test_robots_add_splits_what_fitting_again_leaves(model, meshes, monkeypatch)
         native.is_free(posed.of_links(*PAIR), empty_scene().native, model.draw(500, 1)).mean()
         > 1 - 1.5 * LOST
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "file"), [("panda", "franka_panda/panda.urdf"), ("xarm6", "xarm/xarm6_robot.urdf")]
+)
+def test_the_shipped_robots_lose_few_states_that_their_meshes_allow(name, file):
+    robot, findings = load_robot(name), Findings()
+    solids = read_solids(read_source(Path(pybullet_data.getDataPath()) / file, findings), (), findings)
+    model = Model(robot.chain, robot.shapes, robot.lower, robot.upper)
+    apart = states_apart(model, Surfaces(model, solids), model.draw(1000, 5))
+    assert len(apart.states) > 500
+    assert native.is_free(robot.native, empty_scene().native, apart.states).mean() > 0.94
