@@ -93,9 +93,7 @@ def test_links_with_the_same_primitives_are_split_each_for_itself(model, meshes)
 
 
 def test_splits_are_judged_by_states_that_are_free_for_the_meshes(model, meshes):
-    bar = block(
-        (0.4, 0.02, 0.02), (0.2, 0, 0.05)
-    )  # above the flat part; from -1.1 rad on it would hit the post
+    bar = block((0.4, 0.02, 0.02), (0.2, 0, 0.05))  # passes over the flat part, and hits the post at -1.1 rad
     solids = {
         "link0": Solid((), np.concatenate([meshes["link0"], block((0.05, 0.05, 0.6), (0.1, -0.2, 0.3))])),
         "link2": Solid((), bar),
@@ -116,10 +114,8 @@ def test_robots_add_splits_what_fitting_again_leaves(model, meshes, monkeypatch)
     monkeypatch.setattr(refining, "ROUNDS", 0)
     solids = {link: Solid((), triangles) for link, triangles in meshes.items()}
     posed = model.with_shapes(refined(model, solids, 1))
-    assert (
-        native.is_free(posed.of_links(*PAIR), empty_scene().native, model.draw(500, 1)).mean()
-        > 1 - 1.5 * LOST
-    )
+    free = native.is_free(posed.of_links(*PAIR), empty_scene().native, model.draw(500, 1))
+    assert free.mean() > 0.94
 
 
 @pytest.mark.parametrize(
