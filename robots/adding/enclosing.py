@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import combinations
 
 import numpy as np
@@ -24,13 +25,19 @@ COMPASS = np.array([np.cos(np.arange(48) * np.pi / 24), np.sin(np.arange(48) * n
 TILTS, SPREADS = 12, (0.2, 0.08, 0.03)  # directions drawn around the best one, rad
 
 
-def enclose(points: FloatArray, room: Surroundings, refine: bool = False) -> Shape:
-    """Return the primitive that holds the points (n,3) and, of those tried, sticks out least into `room`."""
+def enclose(
+    points: FloatArray,
+    room: Surroundings,
+    refine: bool = False,
+    touches: Callable[[Shape], float] = lambda shape: 0.0,
+) -> Shape:
+    """Return the primitive that holds the points (n,3) and, of those tried, `touches` least, and then sticks out
+    least into `room`."""
     points = hull_points(points)
 
-    def cost(shape: Shape) -> tuple[float, float]:
+    def cost(shape: Shape) -> tuple[float, float, float]:
         bonus = CAPSULE_BONUS if shape.kind in ("capsule", "sphere") else 1.0
-        return bonus * room.excess(room.reached(shape)), volume(shape)
+        return touches(shape), bonus * room.excess(room.reached(shape)), volume(shape)
 
     best = min((shape for d in directions(points) for shape in _along(points, d)), key=cost)
     if refine:

@@ -6,7 +6,7 @@ surface on its side with the surface's points on the plane.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,8 +29,8 @@ class Cluster:
     reached: BoolArray
 
 
-def fit(triangles: FloatArray, most: int, room: Surroundings) -> tuple[Shape, ...]:
-    """Return one to `most` primitives that hold the triangles (t,3,3) and what they enclose."""
+def fit(triangles: FloatArray, most: int, room: Surroundings) -> tuple[Cluster, ...]:
+    """Return one to `most` clusters: their primitives hold the triangles (t,3,3) and what they enclose."""
     stages = [[_cluster(triangles, room)]]
     splits: dict[int, list[Cluster]] = {0: best_split(stages[0][0], [], room)}
     while len(stages[-1]) < most and any(splits.values()):
@@ -46,11 +46,11 @@ def fit(triangles: FloatArray, most: int, room: Surroundings) -> tuple[Shape, ..
         stages.append(clusters)
     price = PRICE * _excess(stages[0], room)
     best = min(stages, key=lambda stage: _excess(stage, room) + price * len(stage))
-    return tuple(enclose(c.triangles.reshape(-1, 3), room, refine=True) for c in best)
+    return tuple(_cluster(cluster.triangles, room, refine=True) for cluster in best)
 
 
-def _cluster(triangles: FloatArray, room: Surroundings) -> Cluster:
-    shape = enclose(triangles.reshape(-1, 3), room)
+def _cluster(triangles: FloatArray, room: Surroundings, refine: bool = False) -> Cluster:
+    shape = enclose(triangles.reshape(-1, 3), room, refine)
     return Cluster(triangles, shape, room.reached(shape))
 
 
@@ -69,15 +69,31 @@ def best_split(cluster: Cluster, others: Sequence[Cluster], room: Surroundings) 
         if others
         else np.zeros(len(room.points), dtype=bool)
     )
-    best: tuple[float, FloatArray, float] = (np.inf, np.zeros(3), 0.0)
-    corners = cluster.triangles.reshape(-1, 3)
-    for normal in directions(hull_points(corners)):
-        along = corners @ normal
-        for offset in along.min() + np.array(SHARES) * np.ptp(along):
-            sides = [side_points(cluster.triangles, sign * normal, sign * offset) for sign in (1, -1)]
+    best: tuple[float, Cut | None] = (np.inf, None)
+    for cut in cuts(cluster.triangles, directions(hull_points(cluster.triangles.reshape(-1, 3))), SHARES):
+        reached = np.any([taken, *(room.reached(enclose(side, room)) for side in cut.sides)], axis=0)
+        best = min(best, (room.excess(reached), cut), key=lambda split: split[0])
+    return [_cluster(part, room) for part in best[1].parts(cluster.triangles)] if best[1] else []
+
+
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """A plane through triangles, and the points (n,3) that hold what is on either side of it."""
+
+    normal: FloatArray
+    offset: float
+    sides: tuple[FloatArray, FloatArray]
+
+    def parts(self, triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The triangles (t,3,3) on either side."""
+        return clip(triangles, self.normal, self.offset), clip(triangles, -self.normal, -self.offset)
+
+
+def cuts(triangles: FloatArray, normals: FloatArray, shares: Sequence[float]) -> Iterator[Cut]:
+    """Planes across the normals (k,3), at `shares` of the extent of the triangles (t,3,3) along each."""
+    for normal in normals:
+        along = triangles.reshape(-1, 3) @ normal
+        for offset in along.min() + np.array(shares) * np.ptp(along):
+            sides = side_points(triangles, normal, offset), side_points(triangles, -normal, -offset)
             if min(len(side) for side in sides) > 3:
-                reached = np.any([taken, *(room.reached(enclose(side, room)) for side in sides)], axis=0)
-                best = min(best, (room.excess(reached), normal, float(offset)), key=lambda split: split[0])
-    if best[0] == np.inf:
-        return []
-    return [_cluster(clip(cluster.triangles, sign * best[1], sign * best[2]), room) for sign in (1, -1)]
+                yield Cut(normal, float(offset), sides)

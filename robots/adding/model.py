@@ -25,11 +25,11 @@ class Model:
     upper: FloatArray
 
     def with_shapes(self, shapes: Mapping[str, Sequence[Shape]]) -> Model:
-        """The robot with other shapes, each in its link's frame."""
+        """The robot with other shapes, each in its link's frame; a link that is not named has none."""
         placed = [
             LinkShape(link, place.frame, Shape(shape.kind, shape.size, place.pose @ shape.pose))
             for link, place in self.chain.placements.items()
-            for shape in shapes[link]
+            for shape in shapes.get(link, ())
         ]
         return replace(self, shapes=tuple(placed))
 

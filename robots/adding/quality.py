@@ -47,17 +47,16 @@ def sample_surface(triangles: FloatArray, count: int, rng: np.random.Generator) 
 
 def depth(shape: Shape, points: FloatArray) -> FloatArray:
     """How deep points (n,3) lie in a primitive, m; negative outside."""
-    local = (points - shape.pose[:3, 3]) @ shape.pose[:3, :3]
+    x, y, z = ((points - shape.pose[:3, 3]) @ shape.pose[:3, :3]).T  # by columns: many times faster
     radius, half, _ = shape.size
     if shape.kind == "box":
-        return np.asarray((np.array(shape.size) - np.abs(local)).min(axis=1))
+        a, b, c = shape.size
+        return np.asarray(np.minimum(np.minimum(a - np.abs(x), b - np.abs(y)), c - np.abs(z)))
     if shape.kind == "cylinder":
-        return np.asarray(
-            np.minimum(radius - np.linalg.norm(local[:, :2], axis=1), half - np.abs(local[:, 2]))
-        )
-    length = half if shape.kind == "capsule" else 0.0
-    along = np.clip(local[:, 2], -length, length)
-    return np.asarray(radius - np.linalg.norm(local - along[:, None] * [0.0, 0.0, 1.0], axis=1))
+        return np.asarray(np.minimum(radius - np.sqrt(x * x + y * y), half - np.abs(z)))
+    if shape.kind == "capsule":
+        z = z - np.clip(z, -half, half)
+    return np.asarray(radius - np.sqrt(x * x + y * y + z * z))
 
 
 def _outer_points(shapes: Sequence[Shape], index: int, rng: np.random.Generator) -> FloatArray:

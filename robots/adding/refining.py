@@ -9,15 +9,17 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from plancurate import native
-from plancurate.robots.adding.fitting import fit
+from plancurate.robots.adding.fitting import Cluster, fit
 from plancurate.robots.adding.model import Model
 from plancurate.robots.adding.quality import boundary, depth, sample_surface
 from plancurate.robots.adding.solids import Solid
+from plancurate.robots.adding.splitting import Apart, Clusters, shapes_of, split_where_it_pays
 from plancurate.robots.adding.surroundings import Surroundings, surroundings
 from plancurate.robots.scene import empty_scene
-from plancurate.robots.shapes import FloatArray, Shape
+from plancurate.robots.shapes import BoolArray, FloatArray, Shape
 
 DRAWS, LOOKED_AT = 4000, 40  # states drawn, and of those in which a pair touches, looked at
+JUDGED = 2000  # of the states drawn, those that splits are judged by
 APART = (
     0.01  # of a link's size that two surfaces are apart at least where a touch of their primitives is false
 )
@@ -63,51 +65,70 @@ class Surfaces:
         moved = np.eye(4)[None] if place.frame == 0 else frames[:, place.frame - 1]
         return np.asarray(moved @ place.pose)
 
-    def apart(self, first: str, second: str, poses: FloatArray) -> FloatArray:
-        """Distance (b,), m, of two links' points."""
-        return np.array(
-            [self.trees[first].query(moved(self.points[second], pose))[0].min() for pose in poses]
-        )
-
-    def gap(self, pair: tuple[str, str]) -> float:
-        """Distance, m, between the surfaces of two links that counts as apart."""
-        return APART * min(float(np.linalg.norm(np.ptp(self.points[link], axis=0))) for link in pair)
+    def apart(self, first: str, second: str, poses: FloatArray) -> BoolArray:
+        """Whether two links' points are apart at each of the poses (b,4,4) of the second seen from the first."""
+        sizes = [float(np.linalg.norm(np.ptp(self.points[link], axis=0))) for link in (first, second)]
+        near = [
+            self.trees[first].query(
+                moved(self.points[second], pose), distance_upper_bound=APART * min(sizes)
+            )[0]
+            for pose in poses
+        ]
+        return np.array([np.isinf(distances).all() for distances in near], dtype=bool)
 
 
 def refined(model: Model, solids: Mapping[str, Solid], most: int) -> Shapes:
     """Return primitives for each link's triangles, at most `most` before those that false touches ask for."""
     meshed = {link: solid.triangles for link, solid in solids.items() if len(solid.triangles)}
-    rooms, fitted = fitted_alone(meshed, most)
+    rooms, clusters = fitted_alone(meshed, most)
     surfaces, states = Surfaces(model, solids), model.draw(DRAWS, seed=2)
-    touches = false_touches(model, fitted, surfaces, states)
+    touches = false_touches(model, clusters, surfaces, states)
     for number in range(1, ROUNDS + 1):
-        asked = _narrowed(rooms, fitted, touches)
+        asked = _narrowed(rooms, clusters, touches)
         if not asked:
             break
         again = {link: fit(meshed[link], most + number * MORE_SHAPES, room) for link, room in asked.items()}
-        tried = fitted | again
+        tried = clusters | again
         found = false_touches(model, tried, surfaces, states)
         if sum(touch.share for touch in found) < sum(touch.share for touch in touches):
-            fitted, touches = tried, found
+            clusters, touches = tried, found
         rooms |= asked
+    apart = states_apart(model.with_shapes(shapes_of(clusters)), surfaces, states[:JUDGED])
+    fitted = shapes_of(split_where_it_pays(clusters, rooms, apart))
     return {link: (*solid.shapes, *fitted.get(link, ())) for link, solid in solids.items()}
 
 
-def fitted_alone(meshed: Mapping[str, FloatArray], most: int) -> tuple[dict[str, Surroundings], Shapes]:
-    """Surroundings and primitives of each link; links with the same mesh, as fingers have, are fitted once."""
-    once: dict[bytes, tuple[Surroundings, tuple[Shape, ...]]] = {}
+def fitted_alone(
+    meshed: Mapping[str, FloatArray], most: int
+) -> tuple[dict[str, Surroundings], dict[str, tuple[Cluster, ...]]]:
+    """Surroundings and clusters of each link; links with the same mesh, as fingers have, are fitted once."""
+    once: dict[bytes, tuple[Surroundings, tuple[Cluster, ...]]] = {}
     for triangles in meshed.values():
         if (mesh := triangles.tobytes()) not in once:
             room = surroundings(triangles)
             once[mesh] = room, fit(triangles, most, room)
     found = {link: once[triangles.tobytes()] for link, triangles in meshed.items()}
     rooms = {link: room for link, (room, _) in found.items()}
-    return rooms, {link: shapes for link, (_, shapes) in found.items()}
+    return rooms, {link: clusters for link, (_, clusters) in found.items()}
 
 
-def false_touches(model: Model, fitted: Shapes, surfaces: Surfaces, states: FloatArray) -> list[FalseTouch]:
+def states_apart(model: Model, surfaces: Surfaces, states: FloatArray) -> Apart:
+    """Those of the states (b,n) in which no surfaces touch; pairs that touch in all of them are left out."""
+    touched, pairs = np.zeros(len(states), dtype=bool), []
+    for pair in model.unrelated_pairs():
+        rows = np.flatnonzero(~native.is_free(model.of_links(*pair), empty_scene().native, states))
+        near = rows[~surfaces.apart(*pair, surfaces.relative(*pair, states[rows]))]
+        if len(near) < len(states):
+            pairs.append(pair)
+            touched[near] = True
+    return Apart(model, states[~touched], pairs)
+
+
+def false_touches(
+    model: Model, clusters: Clusters, surfaces: Surfaces, states: FloatArray
+) -> list[FalseTouch]:
     """Pairs of links whose primitives touch in too many of the states (b,n) in which their surfaces are apart."""
-    posed = model.with_shapes({link: fitted.get(link, ()) for link in model.chain.placements})
+    posed = model.with_shapes(shapes_of(clusters))
     found = [_false_touch(posed, surfaces, pair, states) for pair in posed.unrelated_pairs()]
     return [touch for touch in found if touch.share > EXCESS]
 
@@ -115,15 +136,16 @@ def false_touches(model: Model, fitted: Shapes, surfaces: Surfaces, states: Floa
 def _false_touch(model: Model, surfaces: Surfaces, pair: tuple[str, str], states: FloatArray) -> FalseTouch:
     touching = ~native.is_free(model.of_links(*pair), empty_scene().native, states)
     poses = surfaces.relative(*pair, states[touching][:LOOKED_AT])
-    false = surfaces.apart(*pair, poses) > surfaces.gap(pair)
+    false = surfaces.apart(*pair, poses)
     share = touching.mean() * false.mean() if len(false) else 0.0
     return FalseTouch(pair, float(share), poses[false])
 
 
 def _narrowed(
-    rooms: Mapping[str, Surroundings], fitted: Shapes, touches: list[FalseTouch]
+    rooms: Mapping[str, Surroundings], clusters: Clusters, touches: list[FalseTouch]
 ) -> dict[str, Surroundings]:
     """The surroundings of the links that touch falsely, with points of what they touch."""
+    fitted = shapes_of(clusters)
     extra: dict[str, list[FloatArray]] = {}
     for touch in touches:
         first, second = touch.links
