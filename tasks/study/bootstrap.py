@@ -120,6 +120,8 @@ def varied(grid: Grid) -> str:
 
 def _drawn(rng: np.random.Generator, members: int, times: IntArray) -> IntArray:
     """How often each member is drawn (draws, members) when one fewer than all are drawn `times` times over."""
+    if members == 1:  # always, and without chance
+        return times[:, None]
     return rng.multinomial(times * max(members - 1, 1), np.full(members, 1 / members))
 
 

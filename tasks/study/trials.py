@@ -17,6 +17,7 @@ from plancurate.tasks.study.bootstrap import (
     Counts,
     Grid,
     IntArray,
+    TargetCounts,
     drawn_counts,
     network_weights,
     pooled,
@@ -91,6 +92,7 @@ class Bootstrap:
             cell: network_weights(_grid(own, _tests(own)), _generator(seed, *map(str, cell)), draws)
             for cell, own in self._by_cell.items()
         }
+        self._targets: dict[tuple[int, str, str], TargetCounts] = {}
 
     def draw(self, measure: Measure = "success", distance_cm: int | None = None) -> dict[Cell, Drawn]:
         """Draws of each selection in each scene, and over all scenes for one that none of several lacks.
@@ -107,11 +109,20 @@ class Bootstrap:
                 if (cell.scene, cell.pool_label) == (scene, pool_label)
             }
             tests = _tests([network for own in chosen.values() for network in own])
-            targets = target_counts(len(tests), _generator(self._seed, scene, pool_label), self._draws)
+            targets = self._target_counts(len(tests), scene, pool_label)
             for cell, own in chosen.items():
                 grid = _grid(own, tests, measure)
                 drawn[cell] = Drawn(drawn_counts(grid, targets, self._weights[cell]), varied(grid))
         return drawn | _totals(drawn, groups)
+
+    def _target_counts(self, n_targets: int, scene: str, pool_label: str) -> TargetCounts:
+        """Drawn test targets of a scene: each measure and distance with as many sees the same."""
+        key = n_targets, scene, pool_label
+        if key not in self._targets:
+            self._targets[key] = target_counts(
+                n_targets, _generator(self._seed, scene, pool_label), self._draws
+            )
+        return self._targets[key]
 
     def by_distance(self) -> dict[tuple[Cell, int], Counts]:
         """Draws of each selection at each distance of the tested from the trained target, all policies together."""
