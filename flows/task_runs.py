@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -20,6 +21,7 @@ from plancurate.tasks.study.context import StudyContext, reference
 from plancurate.tasks.study.networks import Network, groups, titles
 
 Ended = Callable[[Any], None]
+RAY_STORE_BYTES = 100_000_000  # little more than the least that it accepts
 
 _shared: ContextVar[TaskRunner[Any] | None] = ContextVar("_shared", default=None)
 
@@ -42,19 +44,41 @@ def shared_runner(config: StudyConfig) -> Iterator[TaskRunner[Any]]:
 
 
 def task_runner(config: StudyConfig) -> TaskRunner[Any]:
-    """Return where a study's task runs work; PlancurateError when Dask is asked for and not installed."""
+    """Return where a study's task runs work; PlancurateError when what is asked for is not installed."""
     if config.runner == "threads":
         return ThreadPoolTaskRunner()
     if config.runner == "processes":
         return ProcessPoolTaskRunner(max_workers=config.workers)
     try:
-        from prefect_dask.task_runners import DaskTaskRunner
+        return dask_runner(config) if config.runner == "dask" else ray_runner(config)
     except ImportError:
-        raise PlancurateError("runner = dask: Dask is missing; pip install 'plancurate[dask]'") from None
+        missing = config.runner.capitalize()
+        raise PlancurateError(
+            f"runner = {config.runner}: {missing} is missing; pip install 'plancurate[{config.runner}]'"
+        ) from None
+
+
+def dask_runner(config: StudyConfig) -> TaskRunner[Any]:
+    """Return a runner on the study's Dask cluster, or on a local one of so many processes."""
+    from prefect_dask.task_runners import DaskTaskRunner
+
     if config.dask_scheduler:
         return DaskTaskRunner(address=config.dask_scheduler)
     quiet = {"dashboard_address": None, "silence_logs": "ERROR"}
     return DaskTaskRunner(cluster_kwargs={"n_workers": config.workers, "threads_per_worker": 1, **quiet})
+
+
+def ray_runner(config: StudyConfig) -> TaskRunner[Any]:
+    """Return a runner on the study's Ray cluster, or on a local one of so many processes."""
+    from prefect_ray.task_runners import RayTaskRunner
+
+    quiet = {"log_to_driver": False, "logging_level": "ERROR"}
+    if config.ray_address:
+        return RayTaskRunner(address=config.ray_address, init_kwargs=quiet)
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+    # Task runs pass references, so that what Ray would keep of the machine's memory for their results is not needed.
+    local = {"num_cpus": config.workers, "include_dashboard": False, "object_store_memory": RAY_STORE_BYTES}
+    return RayTaskRunner(init_kwargs={**local, **quiet})
 
 
 def is_transient(task: object, task_run: object, state: Any) -> bool:
