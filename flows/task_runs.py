@@ -72,13 +72,17 @@ def ray_runner(config: StudyConfig) -> TaskRunner[Any]:
     """Return a runner on the study's Ray cluster, or on a local one of so many processes."""
     from prefect_ray.task_runners import RayTaskRunner
 
-    quiet = {"log_to_driver": False, "logging_level": "ERROR"}
-    if config.ray_address:
-        return RayTaskRunner(address=config.ray_address, init_kwargs=quiet)
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-    # Task runs pass references, so that what Ray would keep of the machine's memory for their results is not needed.
-    local = {"num_cpus": config.workers, "include_dashboard": False, "object_store_memory": RAY_STORE_BYTES}
-    return RayTaskRunner(init_kwargs={**local, **quiet})
+    settings = {"log_to_driver": False, "logging_level": "ERROR"}
+    if not config.ray_address:
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+        # Task runs pass references: what Ray would keep of the machine's memory for their results is not needed.
+        settings |= {
+            "num_cpus": config.workers,
+            "include_dashboard": False,
+            "object_store_memory": RAY_STORE_BYTES,
+        }
+    runner: TaskRunner[Any] = RayTaskRunner(address=config.ray_address, init_kwargs=settings)
+    return runner
 
 
 def is_transient(task: object, task_run: object, state: Any) -> bool:

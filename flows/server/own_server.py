@@ -73,7 +73,9 @@ def _join_or_start(home: Home, port: int, meanwhile: Callable[[], object]) -> st
         while time.monotonic() < deadline:
             _, url = serving(home) or (0, "")
             if url and healthy(url):
-                if process is not None and DATABASE not in os.environ:  # other homes' servers may use that one
+                if (
+                    process is not None and DATABASE not in os.environ
+                ):  # other homes' servers may use that one
                     _crash_dead_runs(url)
                 return url
             if process is not None and process.poll() is not None:

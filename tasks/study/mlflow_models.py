@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plancurate.tasks.study.mlflow_records import EVALUATION, STUDY, ChildRun, StudyRun
-from plancurate.tasks.study.mlflow_store import open_client
+from plancurate.tasks.study.mlflow_store import is_server, open_client
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient

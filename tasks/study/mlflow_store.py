@@ -61,7 +61,9 @@ def ensure_store(database: Path) -> str:
                 adopt_artifacts(database, Home(database.parent).artifacts, VIEW)
         except (MlflowException, SQLAlchemyError, sqlite3.Error) as error:
             reason = " ".join(str(error).split())
-            raise PlancurateError(f"{shown(uri)}: not a database that this MLflow can use: {reason}") from None
+            raise PlancurateError(
+                f"{shown(uri)}: not a database that this MLflow can use: {reason}"
+            ) from None
     return uri
 
 
@@ -108,7 +110,9 @@ def _check_database(uri: str) -> None:
     from sqlalchemy.pool import NullPool
 
     try:
-        engine = create_engine(uri, poolclass=NullPool, connect_args={"connect_timeout": int(REACH_TIMEOUT_S)})
+        engine = create_engine(
+            uri, poolclass=NullPool, connect_args={"connect_timeout": int(REACH_TIMEOUT_S)}
+        )
         engine.connect().close()
     except ImportError:
         raise PlancurateError(
