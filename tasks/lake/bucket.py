@@ -10,6 +10,8 @@ from __future__ import annotations
 import glob
 import json
 import os
+import re
+import shutil
 import tarfile
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -34,6 +36,7 @@ MARK = "copy-of"  # a file in the folder that names the bucket: nobody shall go 
 CONNECTIONS = 16
 RETRIES: RetryConfig = {"max_retries": 5, "retry_timeout": timedelta(seconds=30)}
 _ENTRY = "entry"
+_TAG = re.compile(r"<[^>]*>")
 
 
 class Bucket:
@@ -96,6 +99,7 @@ class Bucket:
                     unpacked.rename(folder)
         finally:
             archive.unlink(missing_ok=True)
+            shutil.rmtree(unpacked, ignore_errors=True)
 
     def delete_network(self, folder: Path) -> None:
         """Remove a network."""
@@ -162,7 +166,8 @@ class Bucket:
         try:
             yield
         except (BaseError, FileNotFoundError) as error:
-            raise PlancurateError(f"{self._url}: {str(error).splitlines()[0]}") from None
+            said = _TAG.sub(" ", str(error).partition("\n\nDebug source:")[0])  # the store's own words are XML
+            raise PlancurateError(f"{self._url}: {' '.join(said.split())}") from None
 
 
 def bucket_of(root: Path) -> Bucket | None:
