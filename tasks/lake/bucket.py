@@ -166,7 +166,9 @@ class Bucket:
         try:
             yield
         except (BaseError, FileNotFoundError) as error:
-            said = _TAG.sub(" ", str(error).partition("\n\nDebug source:")[0])  # the store's own words are XML
+            said = _TAG.sub(
+                " ", str(error).partition("\n\nDebug source:")[0]
+            )  # the store's own words are XML
             raise PlancurateError(f"{self._url}: {' '.join(said.split())}") from None
 
 
