@@ -155,9 +155,12 @@ class Bucket:
         return path.relative_to(self._root).as_posix()
 
     def _mark(self) -> None:
-        if not (self._root / MARK).exists():
+        mark = self._root / MARK
+        if not mark.exists():
             self._root.mkdir(parents=True, exist_ok=True)
-            (self._root / MARK).write_text(self._url)
+            temporary = temporary_path(mark)  # nobody shall read half an address
+            temporary.write_text(self._url)
+            temporary.replace(mark)
 
     @contextmanager
     def _said(self) -> Iterator[None]:

@@ -127,6 +127,10 @@ def test_what_is_dropped_leaves_the_bucket_and_every_copy(machine: Machine, stor
     assert other.read("targets", {}).num_rows == 3
     home = Home(one.root.parent)
     home.locks.mkdir()
+    network = home.models / "BC_MLP-s0"
+    network.mkdir(parents=True)
+    bucket_of(one).put_network(network, network)
+    assert len(keys(store)) == 4
     drop(home, unreferred(home, keep_days=0))
     assert keys(store) == []
     assert other.read("targets", {}).num_rows == one.read("targets", {}).num_rows == 0
