@@ -8,9 +8,11 @@ import pytest
 
 from plancurate.errors import PlancurateError
 from plancurate.flows.server.services import HOST
+from plancurate.flows.task_runs import shared_runner
 from plancurate.tasks.lake.bucket import VARIABLE
 from plancurate.tasks.lake.schema import table
 from plancurate.tasks.lake.store import Lake
+from plancurate.tasks.study.config import load_config
 
 from ..homes import NewHome
 from ..integration.conftest import Command
@@ -82,3 +84,19 @@ def test_a_bucket_that_can_not_be_used_is_said_in_one_line(
 
 def written(lake: Lake, name: str, partition: dict[str, str]) -> Path:
     return lake.write(name, partition, "000", table(name).schema.empty_table(), {})
+
+
+@pytest.mark.parametrize(
+    "cluster",
+    [
+        {"runner": "dask", "dask_scheduler": f"tcp://{HOST}:1"},
+        {"runner": "ray", "ray_address": f"{HOST}:1"},
+    ],
+)
+def test_a_cluster_that_does_not_answer_is_said_in_one_line(cluster: dict[str, str]) -> None:
+    name = cluster["runner"]
+    with (
+        pytest.raises(PlancurateError, match=f"^runner = {name}: no cluster: .*refused$"),
+        shared_runner(load_config("smoke", None, cluster)),
+    ):
+        pass
