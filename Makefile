@@ -3,6 +3,7 @@
 # make check   lint, and the tests that start no server and train nothing, within a minute
 # make lint    ruff, mypy and the allowed imports      make bench  the performance claims
 # make test-exports  the exports as robomimic and LeRobot load them, in an environment of their own (.venv-exports)
+# make test-services  studies on Dask and Ray with the lake in an S3 store, and with PostgreSQL, all on loopback
 # make wheel   dist/: a wheel that carries OMPL, for machines without it
 # make test-wheel    that wheel on a Debian with nothing but Python, made in build/bare (as root, with mmdebstrap)
 # make serve   Prefect, MLflow and a worker with every deployment, until Ctrl-C
@@ -19,7 +20,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
 PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 NATIVE := $(wildcard native/*/*.cpp native/*/*.hpp native/*.cmake native/CMakeLists.txt)
 
-.PHONY: study test test-exports test-wheel check lint bench wheel serve setup setup-test clean
+.PHONY: study test test-exports test-services test-wheel check lint bench wheel serve setup setup-test clean
 
 study: setup
 	@$(BIN)/plancurate study --preset $(PRESET)
@@ -32,6 +33,9 @@ check: lint
 
 test-exports: setup-test $(VENV_EXPORTS)/installed
 	@EXPORTS_PYTHON=$(VENV_EXPORTS)/bin/python $(BIN)/python -m pytest tests/exports/real_loaders.py
+
+test-services: $(VENV)/installed-services
+	@$(PYTEST) tests/services/several_machines.py tests/services/postgres.py
 
 test-wheel: setup-test wheel $(BARE)/etc/debian_version
 	@$(PIP) wheel -c constraints.txt -w $(BARE)/wheels dist/*.whl pip setuptools wheel uv async-timeout
@@ -68,6 +72,10 @@ $(VENV)/installed: $(VENV)/bin/python $(VENV)/system pyproject.toml constraints.
 
 $(VENV)/installed-test: $(VENV)/installed
 	@$(PIP) install -c constraints.txt -e '.[test]'
+	@touch $@
+
+$(VENV)/installed-services: $(VENV)/installed-test
+	@$(PIP) install -c constraints.txt -e '.[services]'
 	@touch $@
 
 $(VENV)/installed-wheel: $(VENV)/bin/python $(VENV)/system constraints.txt

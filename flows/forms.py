@@ -22,7 +22,7 @@ from plancurate.yaml_files import merged
 PRESET = "quick"
 POOL = (
     "name", "robot", "scenes", "n_targets", "planners", "candidates", "pools",
-    "workers", "targets_per_task", "runner", "dask_scheduler",
+    "workers", "targets_per_task", "runner", "dask_scheduler", "ray_address",
 )  # fmt: skip
 SELECTIONS = (*POOL, "selectors", "budgets", "selection_seeds")
 NETWORKS = (*SELECTIONS, "policies", "seeds", "training")

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import socket
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from contextvars import ContextVar
 from queue import SimpleQueue
 from typing import Any
+from urllib.parse import urlsplit
 
 from prefect import Task
 from prefect.futures import PrefectFuture
@@ -20,6 +23,8 @@ from plancurate.tasks.study.context import StudyContext, reference
 from plancurate.tasks.study.networks import Network, groups, titles
 
 Ended = Callable[[Any], None]
+REACH_TIMEOUT_S = 5.0
+RAY_STORE_BYTES = 100_000_000  # little more than the least that it accepts
 
 _shared: ContextVar[TaskRunner[Any] | None] = ContextVar("_shared", default=None)
 
@@ -29,11 +34,17 @@ def shared_runner(config: StudyConfig) -> Iterator[TaskRunner[Any]]:
     """Where a study's task runs work: the runner of the outermost such context, which ends with it.
 
     Stages of one study share it, for each new runner of processes starts them and lets them import torch.
+    PlancurateError where the cluster that the study names does not answer.
     """
     if shared := _shared.get():
         yield shared
         return
-    with task_runner(config) as runner:
+    with ExitStack() as stack:
+        try:
+            runner = stack.enter_context(task_runner(config))
+        except OSError as error:
+            reason = " ".join(str(error).split())
+            raise PlancurateError(f"runner = {config.runner}: no cluster: {reason}") from None
         token = _shared.set(runner)
         try:
             yield runner
@@ -42,19 +53,55 @@ def shared_runner(config: StudyConfig) -> Iterator[TaskRunner[Any]]:
 
 
 def task_runner(config: StudyConfig) -> TaskRunner[Any]:
-    """Return where a study's task runs work; PlancurateError when Dask is asked for and not installed."""
+    """Return where a study's task runs work; PlancurateError when what is asked for is not installed."""
     if config.runner == "threads":
         return ThreadPoolTaskRunner()
     if config.runner == "processes":
         return ProcessPoolTaskRunner(max_workers=config.workers)
     try:
-        from prefect_dask.task_runners import DaskTaskRunner
+        return dask_runner(config) if config.runner == "dask" else ray_runner(config)
     except ImportError:
-        raise PlancurateError("runner = dask: Dask is missing; pip install 'plancurate[dask]'") from None
+        missing = config.runner.capitalize()
+        raise PlancurateError(
+            f"runner = {config.runner}: {missing} is missing; pip install 'plancurate[{config.runner}]'"
+        ) from None
+
+
+def dask_runner(config: StudyConfig) -> TaskRunner[Any]:
+    """Return a runner on the study's Dask cluster, or on a local one of so many processes."""
+    from prefect_dask.task_runners import DaskTaskRunner
+
     if config.dask_scheduler:
+        require_answer(config.dask_scheduler)
         return DaskTaskRunner(address=config.dask_scheduler)
     quiet = {"dashboard_address": None, "silence_logs": "ERROR"}
     return DaskTaskRunner(cluster_kwargs={"n_workers": config.workers, "threads_per_worker": 1, **quiet})
+
+
+def ray_runner(config: StudyConfig) -> TaskRunner[Any]:
+    """Return a runner on the study's Ray cluster, or on a local one of so many processes."""
+    from prefect_ray.task_runners import RayTaskRunner
+
+    settings = {"log_to_driver": False, "logging_level": "ERROR"}
+    if config.ray_address:
+        require_answer(config.ray_address)
+    else:
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+        # Task runs pass references: what Ray would keep of the machine's memory for their results is not needed.
+        settings |= {
+            "num_cpus": config.workers,
+            "include_dashboard": False,
+            "object_store_memory": RAY_STORE_BYTES,
+        }
+    runner: TaskRunner[Any] = RayTaskRunner(address=config.ray_address, init_kwargs=settings)
+    return runner
+
+
+def require_answer(address: str) -> None:
+    """Raise OSError where nobody listens at tcp://HOST:PORT or HOST:PORT; Ray itself would try for minutes."""
+    where = urlsplit(address if "//" in address else f"//{address}")
+    if where.port:
+        socket.create_connection((where.hostname, where.port), REACH_TIMEOUT_S).close()
 
 
 def is_transient(task: object, task_run: object, state: Any) -> bool:

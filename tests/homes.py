@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 from filelock import FileLock
 
-UNCONFIGURED = ("PREFECT_API_URL", "MLFLOW_TRACKING_URI", "PLANCURATE_HOME")
+UNCONFIGURED = ("PREFECT_API_URL", "MLFLOW_TRACKING_URI", "PLANCURATE_HOME", "PLANCURATE_LAKE")
 MAKE_TABLES = """
 import sys
 from plancurate.flows.server.prefect_server import prefect_server

@@ -8,7 +8,7 @@ import shutil
 import sys
 from collections.abc import Callable
 
-from plancurate.errors import PlancurateError
+from plancurate.errors import PlancurateError, shown
 from plancurate.flows.cli.console import output
 from plancurate.flows.cli.lake import check as check_lake
 from plancurate.flows.cli.options import HomeOptions
@@ -116,7 +116,7 @@ def prefect_api() -> str:
     if url is None:
         return "none configured: each command runs its own server on 127.0.0.1"
     check_reachable(url)
-    return url
+    return shown(url)
 
 
 def mlflow_store() -> str:
@@ -125,4 +125,4 @@ def mlflow_store() -> str:
     if uri is None:
         return "none configured: studies are recorded in the home folder"
     check_mlflow(uri)
-    return uri
+    return shown(uri)

@@ -10,6 +10,7 @@ from typing import IO
 
 from rich.markup import escape
 
+from plancurate.errors import shown
 from plancurate.flows.cli.console import console
 from plancurate.flows.cli.options import HomeOptions
 from plancurate.flows.server.serve import services, watch
@@ -40,7 +41,8 @@ def _serve(home: Home, file: IO[str]) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _interrupt)
     write_note(file, {})
-    with console.status("starting") as status, services(home) as (pages, running):
+    with console.status("starting") as status, services(home) as (addresses, running):
+        pages = {name: shown(address) for name, address in addresses.items()}
         write_note(file, pages)
         status.stop()
         console.print(_overview(home, **pages), soft_wrap=True, highlight=False)

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from prefect.client.schemas.objects import State
 
 START_TIMEOUT_S = 120.0
+DATABASE = "PREFECT_API_DATABASE_CONNECTION_URL"
 
 SERVER_DEFAULTS = {
     # One row a message keeps up with about 20 task runs a second; in batches with any thread runner.
@@ -72,7 +73,9 @@ def _join_or_start(home: Home, port: int, meanwhile: Callable[[], object]) -> st
         while time.monotonic() < deadline:
             _, url = serving(home) or (0, "")
             if url and healthy(url):
-                if process is not None:
+                if (
+                    process is not None and DATABASE not in os.environ
+                ):  # other homes' servers may use that one
                     _crash_dead_runs(url)
                 return url
             if process is not None and process.poll() is not None:
@@ -105,7 +108,7 @@ def _spawn_server(home: Home, port: int) -> subprocess.Popen[bytes]:
     url = f"http://{HOST}:{listener.getsockname()[1]}/api"
     environment = {
         **SERVER_DEFAULTS,
-        "PREFECT_API_DATABASE_CONNECTION_URL": f"sqlite+aiosqlite:///{home.prefect / 'prefect.db'}",
+        DATABASE: f"sqlite+aiosqlite:///{home.prefect / 'prefect.db'}",
         **os.environ,
         "PREFECT_HOME": str(home.prefect),
         "PREFECT_API_URL": url,

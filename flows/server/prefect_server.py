@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from plancurate.errors import PlancurateError
+from plancurate.errors import PlancurateError, shown
 from plancurate.flows.server.own_server import own_server
 from plancurate.tasks.lake.home import Home
 
@@ -121,6 +121,6 @@ def check_reachable(url: str) -> None:
         problem = client.api_healthcheck()
     if problem is not None:
         raise PlancurateError(
-            f"PREFECT_API_URL={url}: no Prefect API answers there ({problem}); "
+            f"PREFECT_API_URL={shown(url)}: no Prefect API answers there ({problem}); "
             "start that server, or unset the variable to let the command run its own"
         )

@@ -69,17 +69,19 @@ def _own_server(home: Home, api: str) -> Services:
 @contextmanager
 def _mlflow(home: Home) -> Iterator[tuple[str, Services]]:
     """MLflow's address and, unless it is a configured server's, the service behind it."""
-    from plancurate.tasks.study.mlflow_store import ensure_store
+    from plancurate.tasks.study.mlflow_store import ensure_store, is_server
 
     store = ensure_store(home.mlflow_db)
-    if store.startswith("http"):
+    if is_server(store):
         yield store, {}
         return
     port = free_port(MLFLOW_PORT)
     url = f"http://{HOST}:{port}"
-    command = ["mlflow", "server", "--backend-store-uri", store, "--default-artifact-root"]
-    command += [home.artifacts.as_uri(), "--host", HOST, "--port", str(port), "--workers", "1"]
-    with _service(home.prefect / "mlflow.log", command, MLFLOW_ENVIRONMENT) as service:
+    command = ["mlflow", "server", "--default-artifact-root", home.artifacts.as_uri()]
+    command += ["--host", HOST, "--port", str(port), "--workers", "1"]
+    # A store's address may hold a password, and everybody on a machine sees command lines.
+    variables = {**MLFLOW_ENVIRONMENT, "MLFLOW_BACKEND_STORE_URI": store}
+    with _service(home.prefect / "mlflow.log", command, variables) as service:
         yield url, service
 
 

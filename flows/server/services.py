@@ -19,6 +19,7 @@ from plancurate.errors import PlancurateError
 
 HOST = "127.0.0.1"
 STOP_TIMEOUT_S = 30.0
+FAREWELL = "Application startup failed. Exiting."  # uvicorn's, after the reason
 
 started: list[subprocess.Popen[bytes]] = []  # kept: a server may outlive the run that started it
 
@@ -95,4 +96,4 @@ def healthy(url: str) -> bool:
 def last_line(log: Path) -> str:
     """The last thing that a service said, for an error message."""
     lines = log.read_text(errors="replace").split("\n") if log.exists() else []
-    return next((line.strip() for line in reversed(lines) if line.strip()), "none")
+    return next((line.strip() for line in reversed(lines) if line.strip() and FAREWELL not in line), "none")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
@@ -34,6 +35,12 @@ class UnknownNameError(PlancurateError):
     def __reduce__(self) -> tuple[type, tuple[str, str, tuple[str, ...]]]:
         """Pickle by the arguments: the error crosses process boundaries."""
         return (type(self), (self.kind, self.name, self.valid))
+
+
+def shown(url: str) -> str:
+    """Return an address as it may be shown: without its user, password and query."""
+    parts = urlsplit(url)
+    return parts._replace(netloc=parts.netloc.rpartition("@")[2], query="").geturl()
 
 
 def field_of(error: ValidationError) -> str:

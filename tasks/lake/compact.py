@@ -43,21 +43,22 @@ def compact(
     kind, folder = table(name), lake.folder(name, partition)
     try:
         refuse(lake.inspection.settled(folder, kind).damage)
-        removed = _remove_merged(folder, kind, time.time() - grace_s)
+        removed = _remove_merged(lake, folder, kind, time.time() - grace_s)
         parts = sorted(folder.glob(PART_PATTERN))
         if len(set(parts) - _inside(parts, kind)) > 1:
-            _merge(folder, parts, kind, metadata)
+            _merge(lake, folder, parts, kind, metadata)
     except FileNotFoundError:  # another process compacts the same partition and has got further
         return 0
     return removed
 
 
-def _merge(folder: Path, parts: list[Path], kind: Table, metadata: Mapping[str, str]) -> None:
+def _merge(lake: Lake, folder: Path, parts: list[Path], kind: Table, metadata: Mapping[str, str]) -> None:
     names = [part.name for part in parts]
     keys = sorted({key for part in parts for key in part_keys(part, kind)})
     digest = hashlib.sha256("\n".join(names).encode()).hexdigest()[:16]
     footer = {**metadata, "supersedes": json.dumps(names), "keys": json.dumps(keys)}
-    write_part(folder / f"part-merged{MERGED_MARK}{digest}.parquet", kind, _rows(parts, kind), footer)
+    path = folder / f"part-merged{MERGED_MARK}{digest}.parquet"
+    write_part(path, kind, _rows(parts, kind), footer, lake.bucket)
 
 
 def _rows(parts: list[Path], kind: Table) -> pa.Table:
@@ -71,11 +72,13 @@ def _rows(parts: list[Path], kind: Table) -> pa.Table:
     return rows.take(first.sort_by([(name, "ascending") for name in kind.identity])["row_min"])
 
 
-def _remove_merged(folder: Path, kind: Table, before: float) -> int:
+def _remove_merged(lake: Lake, folder: Path, kind: Table, before: float) -> int:
     """Remove parts that a merged part, there since before that time, holds; a held part needs no entry."""
     with locked(folder):
         settled = [part for part in folder.glob(PART_PATTERN) if part.stat().st_mtime <= before]
         inside = _inside(settled, kind)
+        if lake.bucket:
+            lake.bucket.delete(inside)
         forget(folder, (part.name for part in inside))
         removed = [part for part in inside if part.exists()]
         for part in removed:

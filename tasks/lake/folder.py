@@ -10,6 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from plancurate.errors import PlancurateError
+from plancurate.tasks.lake.bucket import bucket_of
 from plancurate.tasks.lake.footer import is_merged, part_keys
 from plancurate.tasks.lake.inspection import Damage, Inspection, strays
 from plancurate.tasks.lake.parts import conform, part_path, safe_name, write_part
@@ -31,6 +32,7 @@ class LakeFolder:
     def __init__(self, root: Path) -> None:
         self.root = root.resolve()
         self.inspection = Inspection()
+        self.bucket = bucket_of(self.root)
 
     def folder(self, name: str, partition: Mapping[str, str]) -> Path:
         """The folder of a partition, all of whose levels must be given; ValueError otherwise."""
@@ -49,11 +51,13 @@ class LakeFolder:
         path = part_path(self.folder(name, partition), key)
         if key not in self.keys(name, partition):
             self._lay_out()
-            write_part(path, table(name), conform(table(name), rows), {**metadata, "key": key})
+            own = {**metadata, "key": key}
+            write_part(path, table(name), conform(table(name), rows), own, self.bucket)
         return path
 
     def keys(self, name: str, partition: Mapping[str, str]) -> set[str]:
         """Keys of the parts that exist, those merged into a bigger part included."""
+        self._pull(table(name), partition)
         paths = self.folder(name, partition).glob(PART_PATTERN)
         return {key for path in paths for key in part_keys(path, table(name))}
 
@@ -70,19 +74,18 @@ class LakeFolder:
     def partitions(self, name: str, levels: Mapping[str, str]) -> list[Path]:
         """Folders of the partitions that match the levels; a level that the table lacks cuts nothing."""
         kind = table(name)
-        chosen = [f"{level}={glob.escape(levels.get(level, '')) or '[!_]*'}" for level in kind.partition]
-        return sorted(path for path in (self.root / name).glob("/".join(chosen)) if path.is_dir())
+        self._pull(kind, levels)
+        return sorted(path for path in self.root.glob(_pattern(kind, levels)) if path.is_dir())
 
     def _needed(self, name: str, levels: Mapping[str, str]) -> list[Path]:
         """Partitions that a question about these levels reads: of a study's trajectories, those of its pools."""
-        folders = self.partitions(name, levels)
         if "study" not in levels or "pool" in levels or "study" in table(name).partition:
-            return folders
-        pools, above = self._pools(levels["study"]), len((self.root / name).parts)
-        return [path for path in folders if path.parts[above : above + len(POOL_LEVELS)] in pools]
+            return self.partitions(name, levels)
+        pools = [dict(zip(POOL_LEVELS, pool, strict=True)) for pool in sorted(self._pools(levels["study"]))]
+        return [folder for pool in pools for folder in self.partitions(name, {**pool, **levels})]
 
     def _pools(self, study: str) -> set[tuple[str, ...]]:
-        """Folder levels of the pools that a study is recorded with."""
+        """The pools that a study is recorded with, by their levels."""
         kind = table("studies")
         parts = [
             path
@@ -90,11 +93,15 @@ class LakeFolder:
             for path in self.inspection.settled(folder, kind).parts
         ]
         rows = [row for path in parts for row in pq.ParquetFile(path).read(list(POOL_LEVELS)).to_pylist()]
-        return {tuple(f"{level}={row[level]}" for level in POOL_LEVELS) for row in rows}
+        return {tuple(row[level] for level in POOL_LEVELS) for row in rows}
+
+    def exists(self) -> bool:
+        """Whether anything was ever written; a bucket is asked when it is read."""
+        return self.bucket is not None or self.root.is_dir()
 
     def damage(self) -> list[Damage]:
         """Everything in the lake that is not as it was written, and Parquet files that are no parts of it."""
-        if not self.root.is_dir():
+        if not self.exists():
             return []
         found = self.inventory(TABLES, {})[1]
         for kind in TABLES.values():
@@ -105,7 +112,7 @@ class LakeFolder:
         self, names: Iterable[str], levels: Mapping[str, str]
     ) -> tuple[dict[str, list[Path]], list[Damage]]:
         """Sound parts of the tables in the partitions that match, and everything that is wrong there."""
-        if not self.root.is_dir():
+        if not self.exists():
             raise PlancurateError(f"no lake at {self.root}: generate one first or name another home folder")
         self._lay_out()
         parts: dict[str, list[Path]] = {}
@@ -122,7 +129,11 @@ class LakeFolder:
         for kind in TABLES.values():
             path = self._nobody(kind) / "part-schema.parquet"
             if not path.exists():
-                write_part(path, kind, kind.schema.empty_table(), {"key": "schema"})
+                write_part(path, kind, kind.schema.empty_table(), {"key": "schema"}, None)
+
+    def _pull(self, kind: Table, levels: Mapping[str, str]) -> None:
+        if self.bucket:
+            self.bucket.pull(f"{_pattern(kind, levels)}/{PART_PATTERN}")
 
     def _nobody(self, kind: Table) -> Path:
         return self._join(kind, [_NOBODY] * len(kind.partition))
@@ -130,3 +141,9 @@ class LakeFolder:
     def _join(self, kind: Table, values: list[str]) -> Path:
         levels = [f"{level}={value}" for level, value in zip(kind.partition, values, strict=True)]
         return self.root.joinpath(kind.name, *levels)
+
+
+def _pattern(kind: Table, levels: Mapping[str, str]) -> str:
+    """Pattern of the folders of the partitions that match the levels."""
+    chosen = [f"{level}={glob.escape(levels.get(level, '')) or '[!_]*'}" for level in kind.partition]
+    return "/".join((kind.name, *chosen))

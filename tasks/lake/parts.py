@@ -9,14 +9,18 @@ import time
 import uuid
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.footer import OWN, PARTITION, VERSION, partition_of, written_as
-from plancurate.tasks.lake.manifest import append, entry_of, locked
+from plancurate.tasks.lake.manifest import Entry, append, entry_of, locked
 from plancurate.tasks.lake.schema import SCHEMA_VERSION, Table
+
+if TYPE_CHECKING:
+    from plancurate.tasks.lake.bucket import Bucket
 
 # Hidden and without the suffix: neither our globs nor anyone's `*.parquet` can match a half-written file.
 TEMPORARY_PATTERN = ".*.tmp"
@@ -68,10 +72,20 @@ def publish(temporary: Path, path: Path) -> None:
     _sync(path.parent)
 
 
-def write_part(path: Path, table: Table, rows: pa.Table, metadata: Mapping[str, str]) -> None:
+def enter(temporary: Path, path: Path, entry: Entry) -> None:
+    """Make a finished part appear at `path`, after its entry in the manifest, unless there is one."""
+    with locked(path.parent):
+        if not path.exists():
+            append(path.parent, entry)
+            publish(temporary, path)
+
+
+def write_part(
+    path: Path, table: Table, rows: pa.Table, metadata: Mapping[str, str], bucket: Bucket | None
+) -> None:
     """Write rows (in the table's file schema) as one part; readers see all of it or nothing.
 
-    Of several writers of the same part at once the first one's stays.
+    Of several writers of the same part at once the first one's stays, in the bucket where the lake has one.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     footer = {OWN + name: value for name, value in metadata.items()}
@@ -89,10 +103,10 @@ def write_part(path: Path, table: Table, rows: pa.Table, metadata: Mapping[str, 
         )
         _sync(temporary)  # the slow part, before others have to wait
         entry = entry_of(temporary, path.name, rows.num_rows, written_as(path.parent, table))
-        with locked(path.parent):
-            if not path.exists():
-                append(path.parent, entry)
-                publish(temporary, path)
+        if bucket is None or bucket.put(path, temporary, entry):
+            enter(temporary, path, entry)
+        else:
+            bucket.fetch([path])
     except OSError as error:
         error.filename = error.filename or str(
             path

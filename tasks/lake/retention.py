@@ -94,7 +94,12 @@ def drop(home: Home, chosen: Sequence[Item]) -> None:
             )
     trash = home.root / f".dropped.{uuid.uuid4().hex}.tmp"
     trash.mkdir()
+    bucket = Lake(home.lake).bucket
     for number, item in enumerate(sorted(chosen, key=lambda item: item.kind != STUDY)):
+        if bucket and item.kind == NETWORK:
+            bucket.delete_network(item.path)
+        elif bucket and item.kind != LEFTOVER:
+            bucket.delete([item.path])
         item.path.rename(trash / str(number))
     shutil.rmtree(trash)
 
@@ -133,8 +138,11 @@ def _require_droppable(name: str, found: Sequence[Item], names: Collection[str])
 def _pool_folders(lake: Lake) -> list[Path]:
     """Of every table that has pools."""
     tables = [kind for kind in TABLES.values() if "pool" in kind.partition]
+    above = len(lake.root.parts) + 1 + len(POOL_LEVELS)
     return [
-        path for kind in tables for path in sorted((lake.root / kind.name).glob("[!.]*/[!.]*/pool=[!_]*"))
+        path
+        for kind in tables
+        for path in sorted({Path(*folder.parts[:above]) for folder in lake.partitions(kind.name, {})})
     ]
 
 

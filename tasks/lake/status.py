@@ -56,7 +56,7 @@ class LakeStatus:
 
 def lake_status(lake: Lake) -> LakeStatus:
     """Count tables, pools and studies; PlancurateError where there is no lake."""
-    if not lake.root.is_dir():
+    if not lake.exists():
         raise PlancurateError(f"no lake at {lake.root}: generate one first or name another home folder")
     sizes = {
         (kind.name, folder): _size(folder, kind)

@@ -118,12 +118,16 @@ class StudyConfig(Settings):
     targets_per_task: int = Field(
         1, ge=1, le=1_000_000, description="Targets in one planning task; more for thousands."
     )
-    runner: Literal["threads", "processes", "dask"] = Field(
-        "threads", description="Where task runs work: threads, processes, or a Dask cluster (extra `dask`)."
+    runner: Literal["threads", "processes", "dask", "ray"] = Field(
+        "threads",
+        description="Where task runs work: threads, processes, a Dask or Ray cluster (extras `dask`, `ray`).",
     )
     dask_scheduler: str | None = Field(
         None,
         description="Address of a running Dask scheduler; a local cluster of `workers` processes without.",
+    )
+    ray_address: str | None = Field(
+        None, description="Address of a running Ray cluster; a local one of `workers` processes without."
     )
 
     @field_validator("scenes", "planners", "policies", "budgets", "seeds", "selection_seeds")

@@ -28,7 +28,7 @@ from plancurate.tasks.study.identity import digest
 # What these say is in the ids of the pools, or says only how fast a study runs and what it is called.
 _NOT_IN_KEY = {
     "name", "robot", "scenes", "candidates", "pools", "planners",
-    "workers", "targets_per_task", "runner", "dask_scheduler",
+    "workers", "targets_per_task", "runner", "dask_scheduler", "ray_address",
 }  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plancurate.tasks.study.mlflow_records import EVALUATION, STUDY, ChildRun, StudyRun
-from plancurate.tasks.study.mlflow_store import open_client
+from plancurate.tasks.study.mlflow_store import is_server, open_client
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -90,7 +90,7 @@ def set_champion(run: StudyRun, name: str, evaluation_id: str, reason: str) -> N
     if not client.search_registered_models(f"name = '{name}'"):
         client.create_registered_model(name, description="The policy to use, by its alias `champion`.")
     # A database would look a model's id up in whichever store the environment names.
-    source = model.artifact_location if run.uri.startswith("sqlite:") else model.model_uri
+    source = model.artifact_location if not is_server(run.uri) else model.model_uri
     version = client.create_model_version(
         name,
         source,

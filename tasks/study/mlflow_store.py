@@ -1,4 +1,4 @@
-"""The MLflow store of a home: its database, made if missing, or a server that the environment names.
+"""The MLflow store of a home: its database, made if missing, or a server or database that the environment names.
 
 MLflow takes seconds to import, so functions import it when they are called.
 """
@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plancurate.errors import IncompleteError, PlancurateError
+from plancurate.errors import IncompleteError, PlancurateError, shown
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.artifact_roots import adopt_artifacts
 
@@ -43,11 +43,13 @@ def ensure_store(database: Path) -> str:
     A home that was copied or moved finds its models and artifacts in its own folder from then on.
     Raises PlancurateError for a server that does not answer or a database that this MLflow can't use.
     """
-    if configured := os.environ.get("MLFLOW_TRACKING_URI"):
+    configured = os.environ.get("MLFLOW_TRACKING_URI")
+    if configured:
         check_reachable(configured)
-        return configured
+        if is_server(configured):
+            return configured
     database.parent.mkdir(parents=True, exist_ok=True)
-    uri = f"sqlite:///{database}"
+    uri = configured or f"sqlite:///{database}"
     from mlflow.exceptions import MlflowException
     from sqlalchemy.exc import SQLAlchemyError
 
@@ -55,10 +57,13 @@ def ensure_store(database: Path) -> str:
         fcntl.flock(lock, fcntl.LOCK_EX)  # two processes that make the tables at once both fail
         try:
             open_client(uri)
-            adopt_artifacts(database, Home(database.parent).artifacts, VIEW)
+            if not configured:
+                adopt_artifacts(database, Home(database.parent).artifacts, VIEW)
         except (MlflowException, SQLAlchemyError, sqlite3.Error) as error:
             reason = " ".join(str(error).split())
-            raise PlancurateError(f"{database}: not a database that this MLflow can use: {reason}") from None
+            raise PlancurateError(
+                f"{shown(uri)}: not a database that this MLflow can use: {reason}"
+            ) from None
     return uri
 
 
@@ -76,9 +81,16 @@ def open_client(uri: str) -> MlflowClient:
     return MlflowClient(tracking_uri=uri)
 
 
+def is_server(uri: str) -> bool:
+    """Whether a store is an MLflow server, which decides itself where it keeps files."""
+    return uri.startswith(("http://", "https://"))
+
+
 def check_reachable(uri: str) -> None:
-    """Raise PlancurateError for the address of an MLflow server that does not answer."""
-    if not uri.startswith(("http://", "https://")):
+    """Raise PlancurateError for a configured MLflow server, or the server of a configured database, without answer."""
+    if uri.startswith("postgresql"):
+        _check_database(uri)
+    if not is_server(uri):
         return
     try:
         urllib.request.urlopen(f"{uri.rstrip('/')}/health", timeout=REACH_TIMEOUT_S).close()
@@ -86,9 +98,29 @@ def check_reachable(uri: str) -> None:
         return  # somebody answers; what it refuses here, the client may be allowed
     except (OSError, ValueError) as error:
         raise PlancurateError(
-            f"MLFLOW_TRACKING_URI={uri}: no MLflow server answers there ({getattr(error, 'reason', error)}); "
+            f"MLFLOW_TRACKING_URI={shown(uri)}: no MLflow server answers there ({getattr(error, 'reason', error)}); "
             "start it, or unset the variable to record in the home folder"
         ) from None
+
+
+def _check_database(uri: str) -> None:
+    """MLflow itself would try for minutes."""
+    from sqlalchemy import create_engine
+    from sqlalchemy.exc import SQLAlchemyError
+    from sqlalchemy.pool import NullPool
+
+    try:
+        engine = create_engine(
+            uri, poolclass=NullPool, connect_args={"connect_timeout": int(REACH_TIMEOUT_S)}
+        )
+        engine.connect().close()
+    except ImportError:
+        raise PlancurateError(
+            f"MLFLOW_TRACKING_URI={shown(uri)}: PostgreSQL's client is missing; pip install 'plancurate[postgres]'"
+        ) from None
+    except SQLAlchemyError as error:
+        reason = " ".join(str(getattr(error, "orig", error)).split())
+        raise PlancurateError(f"MLFLOW_TRACKING_URI={shown(uri)}: no connection: {reason}") from None
 
 
 @contextmanager

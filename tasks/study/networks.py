@@ -11,6 +11,7 @@ from uuid import uuid4
 import torch
 
 from plancurate.errors import PlancurateError
+from plancurate.tasks.lake.bucket import Bucket
 from plancurate.tasks.lake.manifest import folder_damage
 from plancurate.tasks.lake.parts import temporary_path
 from plancurate.tasks.learning import corrections, train
@@ -97,14 +98,17 @@ def set_damaged_aside(study: StudyContext, networks: Sequence[Network]) -> list[
 
 
 def is_trained(study: StudyContext, network: Network) -> bool:
-    """Say whether the home folder holds the network."""
-    return network_folder(study, network).is_dir()
+    """Say whether the home folder holds the network, or the lake's bucket, which it is then copied from."""
+    folder = network_folder(study, network)
+    if study.lake.bucket and not folder.is_dir():
+        study.lake.bucket.pull_network(folder)
+    return folder.is_dir()
 
 
 def load_network(study: StudyContext, network: Network) -> TrainedPolicy:
     """Load a network that was trained before; raises PlancurateError otherwise."""
     folder = network_folder(study, network)
-    if not folder.is_dir():
+    if not is_trained(study, network):
         raise PlancurateError(
             f"{folder}: {network.policy} is not trained on {network.selection.selection_id}; "
             f"{'refine' if network.round else 'train'} first"
@@ -148,7 +152,7 @@ def train_networks(study: StudyContext, networks: Sequence[Network]) -> None:
         study.config.training,
     )
     for network, result in zip(networks, trained, strict=True):
-        keep(result, network_folder(study, network))
+        keep(result, network_folder(study, network), study.lake.bucket)
 
 
 def material(network: Network) -> str:
@@ -156,11 +160,13 @@ def material(network: Network) -> str:
     return network.network_id if network.round else network.selection.selection_id
 
 
-def keep(policy: TrainedPolicy, folder: Path) -> None:
+def keep(policy: TrainedPolicy, folder: Path, bucket: Bucket | None) -> None:
     """Store a policy whole or not at all: a killed run must not leave half a network behind."""
     unfinished = temporary_path(folder)
     try:
         policy.save(unfinished)
+        if bucket:
+            bucket.put_network(folder, unfinished)
         unfinished.rename(folder)
     except OSError as error:
         if not folder.is_dir():  # or another run has just stored the same network

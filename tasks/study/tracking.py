@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from plancurate.tasks.study import text
 from plancurate.tasks.study.mlflow_models import log_dataset, log_model
 from plancurate.tasks.study.mlflow_records import EVALUATION, PARENT, SELECTION, STUDY, ChildRun, StudyRun
-from plancurate.tasks.study.mlflow_store import VIEW, open_client
+from plancurate.tasks.study.mlflow_store import VIEW, is_server, open_client
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -126,7 +126,7 @@ def _experiment(client: MlflowClient, uri: str, artifacts: Path, name: str) -> s
     """Id of the experiment of that name, made or restored where it is not there."""
     known = client.get_experiment_by_name(name)
     if known is None:
-        place = artifacts.absolute().as_uri() if uri.startswith("sqlite:") else None
+        place = artifacts.absolute().as_uri() if not is_server(uri) else None
         tags = {"mlflow.experimentKind": "custom_model_development", VIEW: _view()}
         return str(client.create_experiment(name, artifact_location=place, tags=tags))
     if known.lifecycle_stage == "deleted":

@@ -16,7 +16,7 @@ from ..write_faults import WriteFaults, files
 
 
 def store(root: Path) -> None:
-    keep(trained("BC_MLP"), root / "network")
+    keep(trained("BC_MLP"), root / "network", None)
 
 
 @pytest.mark.parametrize(("fault", "fewest"), [("kill", 8), ("full", 5)])
