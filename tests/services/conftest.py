@@ -19,12 +19,12 @@ import pytest
 
 from plancurate.flows.server.services import HOST, free_port
 
-from ..integration.conftest import plancurate, plancurate_on_shared_server
+from ..integration.conftest import commands, plancurate, plancurate_on_shared_server
 from ..integration.test_runners import on_threads
 from ..service_logs import expected_in_logs, no_traceback, no_traceback_in_the_end
 
 __all__ = [
-    "expected_in_logs", "no_traceback", "no_traceback_in_the_end", "on_threads", "plancurate",
+    "commands", "expected_in_logs", "no_traceback", "no_traceback_in_the_end", "on_threads", "plancurate",
     "plancurate_on_shared_server",
 ]  # fmt: skip
 
