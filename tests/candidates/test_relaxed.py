@@ -74,6 +74,15 @@ def test_relaxed_paths_cost_less_and_keep_the_clearance_that_they_were_planned_w
     np.testing.assert_array_equal(moved(robot, clutter, path), found)  # the same for the same seed
 
 
+def test_no_shortcut_leads_through_what_is_kept_free(robot: Robot, clutter: Scene) -> None:
+    kept = planning_scene(clutter, SETTINGS.plan)
+    for target in hard_targets(robot, clutter, 2):
+        path, rng = planned(robot, clutter, target, 0), np.random.default_rng(0)
+        found = relaxed(robot, empty_scene(), kept, path, RESOLUTION, rng)  # nothing but the length costs
+        assert path_length(found) < path_length(path)
+        assert free(robot, kept, found)
+
+
 def test_relaxed_paths_of_different_runs_are_more_alike(robot: Robot, clutter: Scene) -> None:
     planned_apart, relaxed_apart = [], []
     for target in hard_targets(robot, clutter, 4):
