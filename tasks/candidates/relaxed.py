@@ -94,5 +94,5 @@ def _moved(
     best = cost(robot, scene, ways[:-1], ways[1:]).sum(axis=0).argmin(axis=1)
     chosen = places[np.arange(b), best]
     edges = np.concatenate([before, chosen]), np.concatenate([chosen, after])
-    free = native.edge_is_free(robot.native, kept.native, *edges, resolution).reshape(2, b).all(axis=0)
-    return np.where(free[:, None], chosen, points)
+    free = native.edge_is_free(robot.native, kept.native, *edges, resolution)
+    return np.where((free[:b] & free[b:])[:, None], chosen, points)
