@@ -54,15 +54,21 @@ TRAINING_SCENES, TEST_SCENES = 10_000, 20_000  # the first of each
 REFERENCE_TARGETS = 256
 AT_GOAL_M = 1e-3
 DETOURS = 3.0  # how much more often a step of a hard target is drawn: most targets need no detour
-BASE = ("target_offset", "joint_positions", "goal_offset")
+GOAL = "goal_offset"
+ABSOLUTE = (
+    "target_offset",
+    "joint_positions",
+)  # where the arm is, which in another scene means another thing
 AROUND, AHEAD, DETOURED = "clearances_around", "clearances_ahead", "clearances_by_detours"
+FELT = (AROUND, AHEAD, DETOURED)
 
 
 @dataclass(frozen=True)
 class Recipe:
     """How one row plans, what its policy sees, and how often it is corrected."""
 
-    terms: tuple[str, ...] = (AROUND, AHEAD, DETOURED)
+    terms: tuple[str, ...] = FELT
+    """Beside where the goal is."""
     continued: bool = True
     """Whether goals continue the reference's; else they are those nearest to home."""
     relaxed: bool = True
@@ -75,17 +81,18 @@ class Recipe:
 
 ROWS: dict[str, Recipe] = {
     "everything": Recipe(rounds=2),
-    "goals nearest to home": Recipe(continued=False),
-    "paths not relaxed": Recipe(relaxed=False),
-    "a quarter of the scenes": Recipe(share=0.25),
+    "joint angles and target, too": Recipe((*ABSOLUTE, *FELT)),
     "no clearances by detours": Recipe((AROUND, AHEAD)),
     "no clearances ahead": Recipe((AROUND, DETOURED)),
     "no clearances around": Recipe((AHEAD, DETOURED)),
-    "clearances around and toward the goal": Recipe((AROUND, "clearances_toward_goal")),
-    "nearest obstacle": Recipe(("nearest_obstacle",)),
-    "key collisions": Recipe(("key_collisions",)),
-    "scene parameters": Recipe(("scene_parameters",)),
-    "no scene term": Recipe(()),
+    "paths not relaxed": Recipe(relaxed=False),
+    "a quarter of the scenes": Recipe(share=0.25),
+    "goals nearest to home": Recipe(continued=False),
+    "no scene term": Recipe(ABSOLUTE),
+    "clearances around and toward the goal": Recipe((*ABSOLUTE, AROUND, "clearances_toward_goal")),
+    "nearest obstacle": Recipe((*ABSOLUTE, "nearest_obstacle")),
+    "key collisions": Recipe((*ABSOLUTE, "key_collisions")),
+    "scene parameters": Recipe((*ABSOLUTE, "scene_parameters")),
 }
 
 
@@ -303,7 +310,7 @@ def measure(row: str, training: list[Problems], tests: list[Problems]) -> list[R
 
 def policies(recipe: Recipe, training: list[Problems]) -> Iterator[TrainedPolicy]:
     """The policy of a recipe, and that after each round of corrections."""
-    settings = configuration().training.model_copy(update={"observation": (*BASE, *recipe.terms)})
+    settings = configuration().training.model_copy(update={"observation": (GOAL, *recipe.terms)})
     training = [part for part in training if any(path is not None for path in part.paths)]
     shown = [shown_in(part, settings, recipe) for part in training]
     for number in range(recipe.rounds + 1):
