@@ -40,6 +40,7 @@ from plancurate.tasks.candidates.targets import Target, draw_position
 from plancurate.tasks.learning.corrections import corrections
 from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
 from plancurate.tasks.learning.join import join_demonstrations
+from plancurate.tasks.learning.observations.clearances_by_detours import points_aside
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.rollouts import roll_out
 from plancurate.tasks.learning.settings import TrainSettings
@@ -282,14 +283,26 @@ def smoothed(scene: Scene, path: FloatArray) -> FloatArray:
 
 
 def references(tests: list[Problems], continued: bool) -> list[Rate]:
-    """What a planner reaches, and the straight joint line."""
+    """What a planner reaches, the straight joint line, and the best of the detours that a policy feels at the start."""
     goals = "continued goals" if continued else "goals nearest to home"
     hard = [one for part in tests for one in part.hard]
     planned = [path is not None for part in tests for path in part.paths]
+    detoured = [detour_is_free(part.scene, target) for part in tests for target in part.targets]
     return [
         counted(f"planner, {goals}", planned, hard),
         counted(f"straight line, {goals}", [not one for one in hard], hard),
+        counted(f"that or a detour over one point, {goals}", detoured, hard),
     ]
+
+
+def detour_is_free(scene: int, target: Target) -> bool:
+    """Whether the straight way is free, or one over a point that `clearances_by_detours` feels around home."""
+    robot, resolution = arm(), candidate_settings().plan.resolution
+    over = np.concatenate([target.goals, points_aside(robot, robot.home[None])[0]])
+    home, goal = (np.broadcast_to(q, over.shape).copy() for q in (robot.home, target.goals[0]))
+    edges = np.concatenate([home, over]), np.concatenate([over, goal])
+    free = native.edge_is_free(robot.native, scene_of(scene).native, *edges, resolution)
+    return bool((free[: len(over)] & free[len(over) :]).any())
 
 
 def measure(row: str, training: list[Problems], tests: list[Problems]) -> list[Rate]:

@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 
+from plancurate.robots.robot import Robot
 from plancurate.tasks.learning.observations.clearances import clearances
 from plancurate.tasks.learning.observations.state import FloatArray, State
 from plancurate.tasks.learning.observations.term import observation_term
@@ -32,13 +33,17 @@ def clearances_by_detours(state: State) -> FloatArray:
 
 def _least(state: State, q: FloatArray, goal: FloatArray) -> FloatArray:
     """Least clearances (b, k) of the ways from q (b, n) to goal (b, n)."""
-    aside = q[:, None] + ASIDE_RAD * directions(state.robot.dof)
-    aside = np.clip(aside, state.robot.lower, state.robot.upper)[:, :, None]
+    aside = points_aside(state.robot, q)[:, :, None]
     there = q[:, None, None] + TO_POINT[:, None] * (aside - q[:, None, None])
     onward = aside + TO_GOAL[:, None] * (goal[:, None, None] - aside)
     ways = np.concatenate([there, onward], axis=2)
     b, k, points, n = ways.shape
     return np.asarray(clearances(state, ways.reshape(b, -1, n)).reshape(b, k, points).min(axis=2))
+
+
+def points_aside(robot: Robot, q: FloatArray) -> FloatArray:
+    """The points (b, k, n) that the ways from q (b, n) lead over, inside the joints' limits."""
+    return np.clip(q[:, None] + ASIDE_RAD * directions(robot.dof), robot.lower, robot.upper)
 
 
 @cache
