@@ -1,6 +1,6 @@
 """What a policy needs to reach among obstacles that it was never shown: everything together, and each part left out.
 
-    python experiments/clutter.py [--training 500] [--tests 40] [--processes 2] [--rows NAME ...] [--json rates.json]
+    python experiments/clutter.py [--training 500] [--steps 5000] [--tests 40] [--rows ROW ...] [--json rates.json]
 
 Draws scenes of the family `clutter`, plans in each (the shortest of several runs of RRTConnect, relaxed), trains one
 BC_MLP on all of them, and rolls out in scenes that none was trained in: in all, and to the hard targets, whose straight
@@ -136,7 +136,8 @@ def main() -> None:
                 list(processes.map(plan, seeds, chunksize=5)) for seeds in (training_seeds, test_seeds)
             )
             rates += told(references(tests, continued))
-            for found in processes.map(measure, rows, [training] * len(rows), [tests] * len(rows)):
+            learn = partial(measure, training=training, tests=tests, steps=asked.steps)
+            for found in processes.map(learn, rows):
                 rates += told(found)
     if asked.json:
         asked.json.write_text(json.dumps([asdict(rate) for rate in rates], indent=1) + "\n", encoding="utf-8")
@@ -148,6 +149,7 @@ def arguments() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--training", type=int, default=500, help="scenes to train in")
+    parser.add_argument("--steps", type=int, default=configuration().training.steps, help="gradient steps")
     parser.add_argument("--tests", type=int, default=40, help="scenes to test in")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--rows", nargs="+", default=list(ROWS), choices=list(ROWS), metavar="ROW")
@@ -305,13 +307,13 @@ def detour_is_free(scene: int, target: Target) -> bool:
     return bool((free[: len(over)] & free[len(over) :]).any())
 
 
-def measure(row: str, training: list[Problems], tests: list[Problems]) -> list[Rate]:
+def measure(row: str, training: list[Problems], tests: list[Problems], steps: int) -> list[Rate]:
     """Train by the recipe of a row and roll out in all test scenes; again after each round of corrections."""
     recipe = ROWS[row]
     training = training[: round(recipe.share * len(training))]
     hard = [one for part in tests for one in part.hard]
     rates = []
-    for number, policy in enumerate(policies(recipe, training)):
+    for number, policy in enumerate(policies(recipe, training, steps)):
         began = time.perf_counter()
         success = [one for part in tests for one in reached(policy, part)]
         rates.append(counted(f"{row}, {number} rounds" if recipe.rounds else row, success, hard))
@@ -321,9 +323,11 @@ def measure(row: str, training: list[Problems], tests: list[Problems]) -> list[R
     return rates
 
 
-def policies(recipe: Recipe, training: list[Problems]) -> Iterator[TrainedPolicy]:
+def policies(recipe: Recipe, training: list[Problems], steps: int) -> Iterator[TrainedPolicy]:
     """The policy of a recipe, and that after each round of corrections."""
-    settings = configuration().training.model_copy(update={"observation": (GOAL, *recipe.terms)})
+    settings = configuration().training.model_copy(
+        update={"observation": (GOAL, *recipe.terms), "steps": steps}
+    )
     training = [part for part in training if any(path is not None for path in part.paths)]
     shown = [shown_in(part, settings, recipe) for part in training]
     for number in range(recipe.rounds + 1):
