@@ -13,6 +13,7 @@ from plancurate.robots.scene import SceneShape, native_scene
 from plancurate.robots.shapes import Kind, Shape, transform
 from plancurate.tasks.candidates.bullet import bullet
 from plancurate.tasks.learning.observations import observe, state_at
+from plancurate.tasks.learning.observations.clearances_by_detours import directions
 from plancurate.tasks.learning.observations.key_collisions import key_configurations
 
 Bodies = Callable[[Robot, Scene], object]
@@ -186,9 +187,57 @@ def test_scene_parameters_are_the_nearest_obstacles_with_the_boxes_around_them(r
     assert rows[:, 0].tolist() == list(range(1, 13))
 
 
+def test_clearances_ahead_are_at_each_quarter_of_the_way_and_to_the_sides_of_it(
+    robot: Robot, clutter: Scene
+) -> None:
+    q, goal = around_home(robot, 6), around_home(robot, 6)[::-1]
+    ours = seen("clearances_ahead", robot, clutter, q, goal).reshape(6, 4, 13)
+    sides = np.concatenate([np.zeros((1, 6)), -0.4 * np.eye(6), 0.4 * np.eye(6)])
+    for start, end, felt in zip(q, goal, ours, strict=True):
+        for quarter in range(4):
+            there = start + (quarter + 1) / 4 * (end - start) + sides
+            np.testing.assert_allclose(
+                felt[quarter], seen("clearances_around", robot, clutter, there)[:, 0], atol=1e-9
+            )
+    assert (np.ptp(ours, axis=2) > 0.01).sum() > 5
+
+
+def test_clearances_by_detours_are_the_least_on_each_of_the_ways(robot: Robot, clutter: Scene) -> None:
+    q, goal = around_home(robot, 5), around_home(robot, 5)[::-1]
+    ours = seen("clearances_by_detours", robot, clutter, q, goal)
+    assert ours.shape == (5, 44)
+    for way, direction in enumerate(directions(6)):
+        assert np.linalg.norm(direction) == pytest.approx(1.0)
+        for start, end, felt in zip(q, goal, ours[:, way], strict=True):
+            aside = np.clip(start + 0.6 * direction, robot.lower, robot.upper)
+            points = [
+                (start + aside) / 2,
+                aside,
+                *(aside + share * (end - aside) for share in np.arange(1, 6) / 6),
+            ]
+            on_it = seen("clearances_around", robot, clutter, np.array(points))[:, 0]
+            assert felt == pytest.approx(on_it.min(), abs=1e-9)
+    assert (np.ptp(ours, axis=1) > 0.02).sum() > 2
+
+
+def test_detours_of_many_states_are_felt_part_by_part(
+    robot: Robot, clutter: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    q, goal = around_home(robot, 7), around_home(robot, 7)[::-1]
+    together = seen("clearances_by_detours", robot, clutter, q, goal)
+    monkeypatch.setattr("plancurate.tasks.learning.observations.clearances_by_detours.AT_ONCE", 3)
+    np.testing.assert_array_equal(seen("clearances_by_detours", robot, clutter, q, goal), together)
+
+
 def test_terms_depend_on_each_state_alone(robot: Robot, clutter: Scene) -> None:
     q, goal = around_home(robot, 13), around_home(robot, 13)[::-1]
-    for term in ("clearances_around", "clearances_toward_goal", "nearest_obstacle"):
+    for term in (
+        "clearances_around",
+        "clearances_toward_goal",
+        "clearances_ahead",
+        "clearances_by_detours",
+        "nearest_obstacle",
+    ):
         together = seen(term, robot, clutter, q, goal)
         alone = [seen(term, robot, clutter, q[k : k + 1], goal[k : k + 1])[0] for k in range(13)]
         np.testing.assert_array_equal(together, alone)

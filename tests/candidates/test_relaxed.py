@@ -1,0 +1,113 @@
+"""Relaxed paths: shorter, off obstacles, still free, and alike where they pass on the same side."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from plancurate import native
+from plancurate.robots import Robot, Scene, load_robot, load_scene
+from plancurate.robots.scene import empty_scene
+from plancurate.tasks.candidates.goals import planning_scene
+from plancurate.tasks.candidates.plan import plan_candidate
+from plancurate.tasks.candidates.polylines import path_length
+from plancurate.tasks.candidates.relaxed import cost, relaxed, subdivided
+from plancurate.tasks.candidates.settings import GenerateSettings
+from plancurate.tasks.candidates.targets import sample_target
+
+RESOLUTION = 0.01
+SETTINGS = GenerateSettings.model_validate(
+    {"targets": {"orientation": "cone"}, "plan": {"goals": "nearest", "clearance_m": 0.025}}
+)
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return load_robot("h2017")
+
+
+@pytest.fixture(scope="module")
+def clutter(robot: Robot) -> Scene:
+    return load_scene("clutter:7", robot)
+
+
+def planned(robot: Robot, scene: Scene, target: int, run: int) -> np.ndarray:
+    kept = planning_scene(scene, SETTINGS.plan)
+    drawn = sample_target(robot, kept, SETTINGS.targets, target)
+    return plan_candidate(robot, scene, drawn, "RRTConnect", run, SETTINGS).path
+
+
+def free(robot: Robot, scene: Scene, path: np.ndarray) -> bool:
+    return bool(native.edge_is_free(robot.native, scene.native, path[:-1], path[1:], RESOLUTION).all())
+
+
+def hard_targets(robot: Robot, scene: Scene, count: int) -> list[int]:
+    """The first targets whose straight joint line is not free."""
+    ends = {k: planned(robot, scene, k, 0) for k in range(20)}
+    return [k for k, path in ends.items() if not free(robot, scene, path[[0, -1]])][:count]
+
+
+def moved(robot: Robot, scene: Scene, path: np.ndarray, seed: int = 0) -> np.ndarray:
+    kept = planning_scene(scene, SETTINGS.plan)
+    return relaxed(robot, scene, kept, path, RESOLUTION, np.random.default_rng(seed))
+
+
+def test_a_way_round_nothing_becomes_a_straight_one(robot: Robot) -> None:
+    corner = robot.home + np.array([np.zeros(6), 0.8 * np.eye(6)[0], np.full(6, 0.4)])
+    path = moved(robot, empty_scene(), corner)
+    np.testing.assert_array_equal(path[[0, -1]], corner[[0, -1]])
+    assert path_length(path) == pytest.approx(np.linalg.norm(corner[-1] - corner[0]), rel=0.01)
+
+
+def test_relaxed_paths_cost_less_and_keep_the_clearance_that_they_were_planned_with(
+    robot: Robot, clutter: Scene
+) -> None:
+    kept = planning_scene(clutter, SETTINGS.plan)
+    for target in hard_targets(robot, clutter, 4):
+        path = planned(robot, clutter, target, 0)
+        found = moved(robot, clutter, path)
+        np.testing.assert_array_equal(found[[0, -1]], path[[0, -1]])
+        assert free(robot, kept, found)
+        assert ((found >= robot.lower) & (found <= robot.upper)).all()
+        before, after = (cost(robot, clutter, q[:-1], q[1:]).sum() for q in (subdivided(path), found))
+        assert after < before
+    np.testing.assert_array_equal(moved(robot, clutter, path), found)  # the same for the same seed
+
+
+def test_no_shortcut_leads_through_what_is_kept_free(robot: Robot, clutter: Scene) -> None:
+    kept = planning_scene(clutter, SETTINGS.plan)
+    for target in hard_targets(robot, clutter, 2):
+        path, rng = planned(robot, clutter, target, 0), np.random.default_rng(0)
+        found = relaxed(robot, empty_scene(), kept, path, RESOLUTION, rng)  # nothing but the length costs
+        assert path_length(found) < path_length(path)
+        assert free(robot, kept, found)
+
+
+def test_relaxed_paths_of_different_runs_are_more_alike(robot: Robot, clutter: Scene) -> None:
+    planned_apart, relaxed_apart = [], []
+    for target in hard_targets(robot, clutter, 4):
+        runs = [planned(robot, clutter, target, run) for run in range(8)]
+        halves = [min(runs[k::2], key=path_length) for k in (0, 1)]
+        planned_apart.append(apart(*halves))
+        relaxed_apart.append(apart(*(moved(robot, clutter, path, k) for k, path in enumerate(halves))))
+    assert np.mean(relaxed_apart) < 0.5 * np.mean(planned_apart)
+
+
+def apart(first: np.ndarray, second: np.ndarray) -> float:
+    """One minus the cosine between the directions in which two paths set out."""
+    a, b = (path[1] - path[0] for path in (first, second))
+    return float(1 - a @ b / np.linalg.norm(a) / np.linalg.norm(b))
+
+
+def test_near_obstacles_a_length_costs_more(robot: Robot, clutter: Scene) -> None:
+    away = cost(robot, empty_scene(), robot.home, robot.home + 0.1)
+    assert away == pytest.approx(0.1 * np.sqrt(6))
+    path = planned(robot, clutter, hard_targets(robot, clutter, 1)[0], 0)
+    straight = cost(robot, clutter, path[0], path[-1])
+    assert 1.1 < straight / np.linalg.norm(path[-1] - path[0]) <= 5
+
+
+def test_waypoints_are_set_between_those_that_are_far_apart(robot: Robot) -> None:
+    path = np.array([[0.0, 0.0], [1.5, 0.0], [1.5, 0.5]])
+    assert subdivided(path).tolist() == [[0, 0], [0.5, 0], [1, 0], [1.5, 0], [1.5, 0.5]]
+    assert subdivided(path[1:]).tolist() == [[1.5, 0], [1.5, 0.25], [1.5, 0.5]]
