@@ -17,7 +17,7 @@ SCRIPTS = {
     "hard_scenes": "hard_scenes",
     "parameters": "development",
 }  # each script with the configuration that it reads, and reads alone
-MEASURING = {"predictions", "verifier"}
+MEASURING = {"authors", "predictions", "verifier"}
 """Experiments by which no setting is chosen: they measure what stands."""
 
 

@@ -109,16 +109,26 @@ def retrieve(problem: Problem, settings: BehaviorRetrievalSettings) -> Retrieval
     """Draw the task demonstrations, embed all steps and measure how far they are from them."""
     with problem.stage("prepare"):
         transitions = load_transitions(problem)
-        rows = standardised(np.concatenate([transitions.observations, transitions.actions], axis=1))
         target = target_rows(problem)
     place = task_places(problem, settings, target)
+    embedding = embedded(problem, settings, transitions)
+    with problem.stage("score"):
+        distance = task_distances(embedding, target[transitions.candidate], place[transitions.candidate] >= 0)
+    return Retrieval(transitions, target, place, distance)
+
+
+def embedded(
+    problem: Problem, settings: BehaviorRetrievalSettings, transitions: Transitions
+) -> Float32Array:
+    """Each step (steps, e): what an autoencoder, trained on all of them, makes of it, and its standardised action."""
+    with problem.stage("prepare"):
+        rows = standardised(np.concatenate([transitions.observations, transitions.actions], axis=1))
     with problem.stage("base_policy"):
         rng = torch.Generator().manual_seed(problem.seed)
         vae = train_autoencoder(rows, 2 * problem.robot.dof, settings.vae_steps, rng)
     with problem.stage("score"):
-        embedding = np.concatenate([vae.means(rows), rows[:, transitions.observations.shape[1] :]], axis=1)
-        distance = task_distances(embedding, target[transitions.candidate], place[transitions.candidate] >= 0)
-    return Retrieval(transitions, target, place, distance)
+        actions = rows[:, transitions.observations.shape[1] :]
+        return np.concatenate([vae.means(rows), actions], axis=1)
 
 
 def task_places(problem: Problem, settings: BehaviorRetrievalSettings, target: IntArray) -> IntArray:
