@@ -28,7 +28,7 @@ PROGRAMS: dict[str, tuple[str, ...]] = {
     "generate": ("--targets", "6", "--repeats", "1"),
     "curation": ("--candidates", "1000000"),
     "train": ("--networks", "12", "--steps", "60"),
-    "rollouts": (),
+    "rollouts": ("--repeats", "3"),
     "observations": ("--states", "1024"),
     "lake_reads": (),
     "command_line": ("--runs", "1"),
