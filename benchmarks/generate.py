@@ -23,6 +23,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from claims import state
+
 from plancurate.tasks.candidates.postprocess_pool import PostprocessPool, shared_pool
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
@@ -96,6 +98,9 @@ def main() -> None:
         pairs = [(measure(with_prefect, config), measure(in_threads, config)) for _ in range(asked.repeats)]
         flow, plain = (min(runs, key=lambda run: run.wall_s) for runs in zip(*pairs, strict=True))
         report(flow, plain, config.workers)
+        rates = [60 * run.runs / run.wall_s for run in (flow, plain)]
+        what, least = f"trajectories by tasks of {grouping} targets", 1 - MOST_ORCHESTRATION
+        state(what, "1/min", rates[0], "without Prefect", rates[1], wished=least)
 
 
 def with_prefect(config: StudyConfig, home: Home) -> None:

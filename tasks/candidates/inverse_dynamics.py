@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from plancurate.robots.robot import Robot
-from plancurate.robots.scene import empty_scene
 from plancurate.robots.shapes import FloatArray
 from plancurate.tasks.candidates.payload import Payload
-from plancurate.tasks.candidates.playback import world_of_thread
+from plancurate.tasks.candidates.playback import lone_arm_of_thread
+
+STEP_S = 1.0 / 240.0  # of a simulation that stands still: playback's usual one, so that both share their arm
 
 
 def joint_torques(
@@ -19,7 +20,6 @@ def joint_torques(
     payload: Payload | None = None,
 ) -> FloatArray:
     """Torques (t, n), N m (N), by inverse dynamics in PyBullet, for states (t, n); gravity and payload included."""
-    world = world_of_thread()
-    world.build(robot, empty_scene(), payload=payload)
+    world = lone_arm_of_thread(robot, STEP_S, payload)
     rows = zip(q.tolist(), velocity.tolist(), acceleration.tolist(), strict=True)
     return np.array([world.torques(*row) for row in rows])

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from plancurate.robots.shapes import FloatArray
+from plancurate.robots.shapes import FloatArray, IntArray
 
-AT_ONCE = 1000  # polylines, which keeps what is computed of them in the cache
+AT_ONCE = 250  # polylines, which keeps what is computed of them in the cache
 
 
 def path_length(points: FloatArray) -> float:
@@ -28,27 +28,39 @@ def evenly(points: FloatArray, count: int) -> FloatArray:
 
 
 def evenly_each(polylines: Sequence[FloatArray], count: int) -> FloatArray:
-    """Points (polylines, count, d), as `evenly` of each polyline (m, d), d in common; those of equal m at once."""
+    """Points (polylines, count, d), as `evenly` of each polyline (m, d); those of about equal m at once."""
     lengths = np.array([len(points) for points in polylines])
     found = np.empty((len(polylines), count, polylines[0].shape[1]))
-    for length in np.unique(lengths).tolist():
-        rows = np.flatnonzero(lengths == length)
-        for some in np.split(rows, range(AT_ONCE, len(rows), AT_ONCE)):
-            found[some] = _evenly(np.stack([polylines[row] for row in some]), count)
+    by_length = np.argsort(lengths, kind="stable")
+    for some in np.split(by_length, range(AT_ONCE, len(by_length), AT_ONCE)):
+        found[some] = _evenly(_padded([polylines[row] for row in some], lengths[some]), count)
     return found
+
+
+def _padded(polylines: Sequence[FloatArray], lengths: IntArray) -> FloatArray:
+    """Polylines (b, m, d) of one length m, the longest's: the others stay at their end, and are as long as before."""
+    step = np.minimum(np.arange(lengths.max()), lengths[:, None] - 1)
+    padded: FloatArray = np.concatenate(polylines)[(np.cumsum(lengths) - lengths)[:, None] + step]
+    return padded
 
 
 def _evenly(points: FloatArray, count: int) -> FloatArray:
     """Points (b, count, d) along polylines through points (b, m, d); with the bits of np.linspace and np.interp."""
+    number, most, axes = points.shape
     step = np.diff(points, axis=1)
-    length = np.linalg.norm(step, axis=2)
-    along = np.concatenate([np.zeros((len(points), 1)), np.cumsum(length, axis=1)], axis=1)
+    along = np.zeros((number, most))
+    np.cumsum(np.linalg.norm(step, axis=2), axis=1, out=along[:, 1:])
     wanted = np.arange(count) * (along[:, -1:] / (count - 1))
     wanted[:, -1] = along[:, -1]
-    before = np.count_nonzero(along[:, None, :] <= wanted[:, :, None], axis=2) - 1
-    last = before == points.shape[1] - 1
-    row = np.arange(len(points))[:, None]
-    before = np.where(last, 0, before)
-    slope = step[row, before] / np.where(last, 1.0, np.diff(along, axis=1)[row, before])[:, :, None]
-    found = slope * (wanted - along[row, before])[:, :, None] + points[row, before]
-    return np.where(last[:, :, None], points[:, -1:], found)
+    before = np.zeros(wanted.shape, dtype=np.min_scalar_type(most))
+    for passed in along.T[1:]:
+        before += passed[:, None] <= wanted
+    last = before == most - 1
+    row = np.arange(number)[:, None]
+    at = (np.where(last, 0, before) + row * most).ravel()  # rows of all points, which `take` finds fastest
+    with np.errstate(invalid="ignore"):  # of a step that goes nowhere, which no wanted length lies in
+        slope = np.divide(step, np.diff(along, axis=1)[:, :, None])
+    found = slope.reshape(-1, axes).take(at - np.repeat(row, count), axis=0)
+    found *= (wanted.ravel() - along.ravel().take(at))[:, None]
+    found += points.reshape(-1, axes).take(at, axis=0)
+    return np.where(last[:, :, None], points[:, -1:], found.reshape(number, count, axes))

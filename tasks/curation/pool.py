@@ -6,6 +6,7 @@ import hashlib
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -98,7 +99,8 @@ def make_pool(partition: Mapping[str, str], candidates: pa.Table, targets: pa.Ta
 
 def load_waypoints(lake: Lake, partition: Mapping[str, str], ids: Sequence[str]) -> list[FloatArray]:
     """Waypoints (m, joints) of each trajectory, in the order of ids; PlancurateError for an unknown id."""
-    rows = lake.query("pool/waypoints", ids=list(ids), **partition)
+    ends = {"first": min(ids, default=""), "last": max(ids, default="")}
+    rows = lake.query("pool/waypoints", ids=list(ids), **ends, **partition)
     found = dict(zip(rows["trajectory_id"].to_pylist(), waypoint_arrays(rows["q"]), strict=True))
     if missing := [name for name in ids if name not in found]:
         raise PlancurateError(f"pool {partition['pool']}: no trajectory {missing[0]}")
@@ -107,13 +109,13 @@ def load_waypoints(lake: Lake, partition: Mapping[str, str], ids: Sequence[str])
 
 def waypoint_arrays(q: pa.ChunkedArray) -> list[FloatArray]:
     """A column of list<list<float>> as one array (m, joints) a row."""
-    lengths = pc.list_value_length(q).to_numpy()
+    ends = np.cumsum(pc.list_value_length(q).to_numpy()).tolist()
     waypoints = pc.list_flatten(q)
     if len(waypoints) == 0:
-        return [np.empty((0, 0)) for _ in lengths]
+        return [np.empty((0, 0)) for _ in ends]
     numbers = pc.list_flatten(waypoints).to_numpy().astype(np.float64)
     rows = numbers.reshape(len(waypoints), -1)
-    return np.split(rows, np.cumsum(lengths)[:-1])
+    return [rows[start:end] for start, end in pairwise([0, *ends])]
 
 
 def columns(rows: pa.Table, names: Sequence[str]) -> FloatArray:

@@ -54,15 +54,20 @@ def energy(graph: Graph, labels: IntArray) -> float:
 def settled(graph: Graph, labels: IntArray) -> IntArray:
     """Change classes (targets,) one target after another until none can be bettered."""
     labels = labels.copy()
+    pending = labels != NONE  # a target is looked at again once a neighbour has changed
     for _ in range(_SWEEPS):
-        before = labels.copy()
-        for target in np.flatnonzero(labels != NONE).tolist():
+        if not pending.any():
+            break
+        for target in range(len(labels)):
+            if not pending[target]:
+                continue
+            pending[target] = False
             costs = graph.costs(target, labels)
             best = int(costs.argmin())
             if costs[best] < costs[labels[target]] - 1e-12:
                 labels[target] = best
-        if np.array_equal(labels, before):
-            break
+                near = graph.neighbours[target]
+                pending[near] = labels[near] != NONE
     return labels
 
 

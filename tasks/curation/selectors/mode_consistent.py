@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from pydantic import Field
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
 from plancurate.tasks.curation.pool import FloatArray
 from plancurate.tasks.curation.selectors.agreement import NONE, Graph, labelling, settled, without_strangers
@@ -87,14 +88,16 @@ def neighbours(position: FloatArray, number: int) -> list[IntArray]:
 def distances(rows: Sequence[IntArray], points: FloatArray, near: list[IntArray], radius: float) -> Graph:
     """Largest joint differences along the paths of neighbours' classes, in radii; `rows` are each target's classes."""
     most = max(len(own) for own in rows)
-    pairs = []
-    for own, others in zip(rows, near, strict=True):
-        apart = np.zeros((len(others), most, most))
-        for place, other in enumerate(others):
-            theirs = rows[other]
-            difference = points[own][:, None] - points[theirs][None]
-            apart[place, : len(own), : len(theirs)] = np.abs(difference).max(axis=(2, 3)) / radius
-        pairs.append(apart)
+    flat = points.reshape(len(points), -1)
+    pairs = [np.zeros((len(others), most, most)) for others in near]
+    for target, others in enumerate(near):
+        own = rows[target]
+        for place, other in enumerate(others.tolist()):
+            if other < target:  # the pair is there already
+                pairs[target][place] = pairs[other][np.searchsorted(near[other], target)].T
+            else:
+                apart = cdist(flat[own], flat[rows[other]], "chebyshev") / radius
+                pairs[target][place, : len(own), : len(rows[other])] = apart
     return Graph(np.zeros((len(rows), most)), near, pairs)
 
 

@@ -16,7 +16,7 @@ from plancurate.tasks.curation.selectors.agreement import (
     settled,
     without_strangers,
 )
-from plancurate.tasks.curation.selectors.mode_consistent import neighbours
+from plancurate.tasks.curation.selectors.mode_consistent import distances, neighbours
 from plancurate.tasks.curation.selectors.path_groups import path_classes
 from plancurate.tasks.curation.selectors.selection import Selection
 
@@ -116,6 +116,24 @@ def test_the_energy_is_within_a_twentieth_of_the_lowest_of_all(seed: int) -> Non
     assert lowest <= energy(graph, labelling(graph, orders)) <= 1.05 * lowest
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_once_settled_no_target_would_rather_have_another_class(seed: int) -> None:
+    graph = random_graph(seed, targets=12, classes=4)
+    labels = settled(graph, graph.cost.argmin(axis=1))
+    assert all(graph.costs(target, labels).argmin() == label for target, label in enumerate(labels))
+
+
+def test_distances_of_classes_are_the_largest_differences_seen_from_either_target() -> None:
+    points = np.random.default_rng(0).normal(size=(5, 4, 2))
+    rows = [np.array([0, 1]), np.array([2]), np.array([3, 4])]
+    near = [np.array([1, 2]), np.array([0]), np.array([0])]
+    pairs = distances(rows, points, near, radius=2.0).pairs
+    for target, others in enumerate(near):
+        for place, other in enumerate(others):
+            for (i, one), (j, two) in product(enumerate(rows[target]), enumerate(rows[other])):
+                assert pairs[target][place, i, j] == np.abs(points[one] - points[two]).max() / 2.0
+
+
 def test_an_energy_worked_out_by_hand_counts_each_pair_once() -> None:
     pair = np.array([[0.0, 3.0], [5.0, 0.0]])
     graph = Graph(
@@ -144,6 +162,7 @@ def test_no_more_targets_than_allowed_are_left_out_and_the_worst_first() -> None
 def test_paths_read_part_by_part_are_curated_alike(monkeypatch):
     bed = defective_pool(seed=0)
     whole = chosen(bed, "ModeConsistent", budget=2).kept
-    monkeypatch.setattr(path_groups, "AT_ONCE", 50)
-    assert len(path_groups.whole_targets(bed.target)) > 2
+    monkeypatch.setattr(path_groups, "READ_AT_ONCE", 50)
+    monkeypatch.setattr(path_groups, "COMPARED_AT_ONCE", 20)
+    assert len(path_groups.whole_targets(bed.target, 50)) > 2
     assert chosen(bed, "ModeConsistent", budget=2).kept == whole
