@@ -50,7 +50,7 @@ def main() -> None:
 
 def helps() -> list[tuple[str, ...]]:
     """Return the words that ask for the help of the command line and of each command."""
-    names = [command.partition(":")[2] for commands in COMMANDS.values() for command in commands]
+    names = [command.rpartition(":")[2].rstrip("_") for commands in COMMANDS.values() for command in commands]
     return [("--help",), *((name, "--help") for name in names)]
 
 
