@@ -82,7 +82,9 @@ def test_a_study_of_an_imported_set_goes_the_whole_way(
     done = plancurate_on_shared_server(*begun, "--selectors", "General", "KMeans_Hybrid", *short)
     assert done.returncode == 0, done.stderr
     assert "General, which keeps every candidate" in " ".join(done.stdout.split())
-    found = Lake(home / "lake").sql("SELECT selector, count(*) AS n FROM evaluations GROUP BY ALL").to_pylist()
+    found = (
+        Lake(home / "lake").sql("SELECT selector, count(*) AS n FROM evaluations GROUP BY ALL").to_pylist()
+    )
     assert {(row["selector"], row["n"]) for row in found} >= {("General", 32), ("KMeans_Hybrid", 32)}
 
 
