@@ -4,7 +4,7 @@
 
 Runs the real flow on a real Prefect server into an empty home folder: ten planners, one target a task. Beside it, a
 thread reads the resident memory of the flow's process, of its largest playback process and of Prefect's server. Growth
-is the slope of a line through the second half of the tasks, when all caches are full. Orchestration is the processor
+is the slope of a line through the second half of the tasks. Orchestration is the processor
 time of all of them beyond the tasks' own work, which a busy machine does not change.
 """
 
