@@ -40,9 +40,11 @@ STAGES = {"plan_s": "planning", "timing_s": "timing", "verify_s": "physics"}
 
 @dataclass
 class Stopwatch:
-    """Seconds that calls took, summed over threads, and when the first of them ended."""
+    """Seconds that calls took, summed over threads, how many there were, and when the first of them ended."""
 
     seconds: float = 0.0
+    calls: int = 0
+    clock: Callable[[], float] = time.perf_counter
     first_end: float | None = None
     lock: Any = field(default_factory=threading.Lock)
 
@@ -50,11 +52,11 @@ class Stopwatch:
         """Wrap a function so that its calls are timed."""
 
         def timed(*args: Any, **kwargs: Any) -> Any:
-            start = time.perf_counter()
+            start = self.clock()
             result = function(*args, **kwargs)
-            end = time.perf_counter()
+            end = self.clock()
             with self.lock:
-                self.seconds += end - start
+                self.seconds, self.calls = self.seconds + end - start, self.calls + 1
                 self.first_end = self.first_end or end
             return result
 

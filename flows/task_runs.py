@@ -11,6 +11,7 @@ from contextvars import ContextVar
 from queue import SimpleQueue
 from typing import Any
 from urllib.parse import urlsplit
+from uuid import UUID
 
 from prefect import Task
 from prefect.futures import PrefectFuture
@@ -124,23 +125,25 @@ def run_all(
     that returns a value counts as completed whatever became of its task runs, so this looks at each.
     """
     over: SimpleQueue[PrefectFuture[Any]] = SimpleQueue()
-    futures: list[PrefectFuture[Any]] = []
+    ids: list[UUID] = []
+    results: dict[UUID, Any] = {}  # not the futures: each keeps all that Prefect knows of its run
 
     def wait_for_one() -> None:
-        result = over.get().result(raise_on_failure=False)
+        future = over.get()
+        results[future.task_run_id] = result = future.result(raise_on_failure=False)
         if ended and not isinstance(result, BaseException):
             ended(result)
 
     with runner or ThreadPoolTaskRunner() as where:
         for call in calls:
-            if len(futures) >= in_flight:
+            if len(ids) - len(results) >= in_flight:
                 wait_for_one()
             future = where.submit(task, get_call_parameters(task.fn, call, {}))
             future.add_done_callback(over.put)
-            futures.append(future)
-        for _ in range(min(in_flight, len(futures))):
+            ids.append(future.task_run_id)
+        while len(results) < len(ids):
             wait_for_one()
-        return _results(task.name, futures)
+        return _checked(task.name, [results[task_run] for task_run in ids])
 
 
 def run_groups(task: Task[..., Any], study: StudyContext, networks: Sequence[Network], ended: Ended) -> None:
@@ -150,8 +153,7 @@ def run_groups(task: Task[..., Any], study: StudyContext, networks: Sequence[Net
     run_all(task, calls, study.config.workers, ended, runner=shared_runner(study.config))
 
 
-def _results(name: str, futures: list[PrefectFuture[Any]]) -> list[Any]:
-    results = [future.result(raise_on_failure=False) for future in futures]
+def _checked(name: str, results: list[Any]) -> list[Any]:
     errors = [result for result in results if isinstance(result, BaseException)]
     for (
         error

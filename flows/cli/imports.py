@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 from plancurate.flows.cli.console import console, output
@@ -52,8 +53,7 @@ def import_(
             highlight=False,
             soft_wrap=True,
         )
-    output.print(
-        f"plancurate study --preset {options.preset} --config {imported.study_file}",
-        highlight=False,
-        soft_wrap=True,
-    )
+    words = ["plancurate", "study", "--preset", options.preset, "--config", str(imported.study_file)]
+    if options.home:
+        words += ["--home", str(options.home)]
+    output.print(shlex.join(words), highlight=False, soft_wrap=True)

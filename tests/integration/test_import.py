@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import h5py
@@ -18,7 +19,7 @@ from plancurate.tasks.study.config import StudyConfig, load_config
 from plancurate.tasks.study.context import open_study
 from plancurate.tasks.study.selections import make_selection, study_selections
 
-from .conftest import Studied
+from .conftest import Command, Studied
 from .test_bad_input import complaint
 from .test_export import export
 
@@ -26,14 +27,21 @@ SELECTORS = ["General", "KMeans_Hybrid", "DemInf"]
 MOTIONS = "SELECT target_id, q FROM trajectories WHERE solved AND verified"
 
 
-def brought_in(folder: Path, home: Path, capsys: pytest.CaptureFixture[str], *words: str) -> StudyConfig:
-    """Import a set; the study that the file says which it writes."""
+def bring_in(folder: Path, home: Path, capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
+    """Import a set; the words of the command that it says a study of the set begins with."""
     with pytest.raises(SystemExit) as stopped:
         main(("import", str(folder), "--preset", "smoke", "--home", str(home), *words))
     assert stopped.value.code == 0
-    command = capsys.readouterr().out.split()
+    command = shlex.split(capsys.readouterr().out)
     assert command[:4] == ["plancurate", "study", "--preset", "smoke"]
-    return load_config("smoke", Path(command[-1]), {"selectors": SELECTORS})
+    assert command[-2:] == ["--home", str(home)]
+    return command[1:]
+
+
+def brought_in(folder: Path, home: Path, capsys: pytest.CaptureFixture[str], *words: str) -> StudyConfig:
+    """Import a set; the study that it says."""
+    command = bring_in(folder, home, capsys, *words)
+    return load_config("smoke", Path(command[command.index("--config") + 1]), {"selectors": SELECTORS})
 
 
 def motions(home: Path) -> set[tuple[int, bytes]]:
@@ -61,6 +69,23 @@ def test_what_is_exported_and_imported_elsewhere_is_the_same_and_selected_from(
     assert [len(selection.kept) for selection in selections[1:]] == [4, 4]
     found = Lake(home / "lake").sql("SELECT * FROM trajectories").to_pylist()
     assert {(row["planner"], row["timing_method"]) for row in found} == {("Recorded", "recorded")}
+
+
+def test_a_study_of_an_imported_set_goes_the_whole_way(
+    smoke: Studied, tmp_path: Path, capsys: pytest.CaptureFixture[str], plancurate_on_shared_server: Command
+) -> None:
+    export(smoke, tmp_path / "out", "robomimic")
+    capsys.readouterr()
+    home = tmp_path / "a home"
+    begun = bring_in(tmp_path / "out", home, capsys)
+    short = ("--policies", "BC_MLP", "--training.steps", "20")
+    done = plancurate_on_shared_server(*begun, "--selectors", "General", "KMeans_Hybrid", *short)
+    assert done.returncode == 0, done.stderr
+    assert "General, which keeps every candidate" in " ".join(done.stdout.split())
+    found = (
+        Lake(home / "lake").sql("SELECT selector, count(*) AS n FROM evaluations GROUP BY ALL").to_pylist()
+    )
+    assert {(row["selector"], row["n"]) for row in found} >= {("General", 32), ("KMeans_Hybrid", 32)}
 
 
 def hdf5(file: Path, q: np.ndarray) -> Path:
