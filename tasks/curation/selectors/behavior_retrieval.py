@@ -117,9 +117,7 @@ def retrieve(problem: Problem, settings: BehaviorRetrievalSettings) -> Retrieval
     return Retrieval(transitions, target, place, distance)
 
 
-def embedded(
-    problem: Problem, settings: BehaviorRetrievalSettings, transitions: Transitions
-) -> Float32Array:
+def embedded(problem: Problem, settings: BehaviorRetrievalSettings, transitions: Transitions) -> Float32Array:
     """Each step (steps, e): what an autoencoder, trained on all of them, makes of it, and its standardised action."""
     with problem.stage("prepare"):
         rows = standardised(np.concatenate([transitions.observations, transitions.actions], axis=1))
