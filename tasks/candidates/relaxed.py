@@ -18,15 +18,10 @@ COMFORT_M = 0.08  # a clearance that is worth no detour any more
 PRICE = 4.0  # touching costs so many times its length more
 SAMPLES = 6  # of the clearance along an edge
 ROUNDS = 60
-DRAWN, PULLED = (
-    7,
-    2,
-)  # places tried for a waypoint in a round: around it, and toward the middle of its neighbours
-SPREAD_RAD, NARROWING, LEAST_RAD = (
-    0.2,
-    0.93,
-    0.005,
-)  # of those around it: the first round's, each next one's share, least
+# Places tried for a waypoint in a round: around it, and toward the middle of its neighbours.
+DRAWN, PULLED = 7, 2
+# Of those around it: how far the first round's lie, what share of it each next round's, and the least.
+SPREAD_RAD, NARROWING, LEAST_RAD = 0.2, 0.93, 0.005
 
 
 def relaxed(
