@@ -73,9 +73,8 @@ def _join_or_start(home: Home, port: int, meanwhile: Callable[[], object]) -> st
         while time.monotonic() < deadline:
             _, url = serving(home) or (0, "")
             if url and healthy(url):
-                if (
-                    process is not None and DATABASE not in os.environ
-                ):  # other homes' servers may use that one
+                # Servers of other homes may use a configured database, and their runs are at work.
+                if process is not None and DATABASE not in os.environ:
                     _crash_dead_runs(url)
                 return url
             if process is not None and process.poll() is not None:

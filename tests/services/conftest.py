@@ -71,19 +71,8 @@ def running_postgres(folder: Path) -> Iterator[Postgres]:
         who = {"user": NOBODY, "group": NOBODY, "extra_groups": []}
     programs, data, port = package / "pginstall" / "bin", folder / "data", free_port(0)
     (folder / "password").write_text(PASSWORD)
-    begin = [
-        programs / "initdb",
-        "-D",
-        data,
-        "-U",
-        "plancurate",
-        "-A",
-        "scram-sha-256",
-        "-E",
-        "UTF8",
-        "--locale=C",
-    ]
-    begin += [f"--pwfile={folder / 'password'}", "--no-sync"]
+    begin = [programs / "initdb", "-D", data, "-U", "plancurate", "-A", "scram-sha-256"]
+    begin += ["-E", "UTF8", "--locale=C", f"--pwfile={folder / 'password'}", "--no-sync"]
     subprocess.run(begin, check=True, stdout=subprocess.DEVNULL, cwd=folder, **who)  # type: ignore[call-overload]
     serve = [programs / "postgres", "-D", data, "-h", HOST, "-p", str(port), "-k", "", "-F"]
     with (folder / "log").open("wb") as log:
