@@ -9,6 +9,7 @@ from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.held import held
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.settings import TESTS_BY_DISTANCE
+from plancurate.tasks.study.network_cells import Cell, cell_of_row
 from plancurate.tasks.study.pools import study_pools
 from plancurate.tasks.study.rows import ALL_SCENES, ResultRow
 from plancurate.tasks.study.selection_results import (
@@ -29,7 +30,7 @@ from plancurate.tasks.study.selection_rows import (
 from plancurate.tasks.study.studies import Study, recorded_study
 from plancurate.tasks.study.trial_results import Kind, KindResults, in_order, kind_results, network_rows
 
-KINDS: tuple[Kind, ...] = ("unseen", "displaced")  # the more telling one first
+KINDS: tuple[Kind, ...] = ("unseen", "unseen_scene", "displaced")  # the more telling one first
 
 
 @dataclass(frozen=True)
@@ -104,6 +105,9 @@ def _results(lake: Lake, study: str) -> StudyResults:
 
 
 def headline_networks(lake: Lake, study: str) -> list[ResultRow]:
-    """Result rows of a study's networks on the kind of test for headlines, without anything that takes time."""
-    rows = (network_rows(lake, study, kind) for kind in KINDS)
-    return next(filter(None, rows), [])
+    """A result row of each network of a study, on the first kind of test that it has; nothing here takes time."""
+    found: dict[Cell, ResultRow] = {}
+    for kind in KINDS:
+        for row in network_rows(lake, study, kind):
+            found.setdefault(cell_of_row(row), row)
+    return list(found.values())
