@@ -49,7 +49,7 @@ FIELDS: dict[str, Any] = {
     "corrections": {"rounds": 1},
     "evaluation": {"max_steps": 4},
     "unseen": 6,
-    "displaced_targets": 2,
+    "displaced_targets": 4,
 }
 
 
@@ -168,12 +168,16 @@ def test_tests_are_rolled_out_each_in_its_own_scene(study: StudyContext, pool: P
     assert set(tests.kind) == {"displaced", "unseen_scene"}
     (together,), goals = rolled_out(study, pool, [policy]), network_goals(study, pool, [policy])
     assert goals is not None
-    for i in (0, len(tests) - 1):
-        (scene,) = pool.scenes_of_tests([tests.kind[i]], tests.target_id[[i]].tolist())
+    scenes = pool.scenes_of_tests(tests.kind, tests.target_id.tolist())
+    assert tests.planned is not None
+    for goal, scene, planned in zip(goals[0], scenes, tests.planned, strict=True):
+        assert native.is_free(pool.robot.native, scene.native, goal[None])[0] or not planned
+    assert together["test_id"].to_pylist() == tests.test_id.tolist()
+    for i in range(0, len(tests), 9):
         (alone,) = roll_out(
             [policy],
             pool.robot,
-            scene,
+            scenes[i],
             tests.take([i]),
             study.config.evaluation,
             pool.settings.timing.dt,
@@ -209,7 +213,7 @@ def test_results_have_rows_of_scenes_that_nobody_trained_in(study: StudyContext,
     targets = study.lake.read("corrections", pool.partition).to_pylist()
     for row in targets:
         q, (scene,) = np.array(row["q"]), pool.scenes_of_targets([row["target_id"]])
-        assert native.is_free(pool.robot.native, scene.native, q[-1:]).all()
+        assert native.edge_is_free(pool.robot.native, scene.native, q[:-1], q[1:], 0.02).all()
     (row,) = study_results(study.lake, study.study).on("unseen_scene").networks
     assert (row.n, row.kind, row.scene) == (6, "unseen_scene", "clutter-3-to-5-20-0.06")
 
