@@ -9,7 +9,6 @@ from plancurate.errors import PlancurateError
 from plancurate.tasks.lake.held import held
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.settings import TESTS_BY_DISTANCE
-from plancurate.tasks.study.network_cells import Cell, cell_of_row
 from plancurate.tasks.study.pools import study_pools
 from plancurate.tasks.study.rows import ALL_SCENES, ResultRow
 from plancurate.tasks.study.selection_results import (
@@ -105,9 +104,9 @@ def _results(lake: Lake, study: str) -> StudyResults:
 
 
 def headline_networks(lake: Lake, study: str) -> list[ResultRow]:
-    """A result row of each network of a study, on the first kind of test that it has; nothing here takes time."""
-    found: dict[Cell, ResultRow] = {}
+    """Result rows of a study's networks, of each pool on the first kind of test that it has; nothing takes time."""
+    found: list[ResultRow] = []
     for kind in KINDS:
-        for row in network_rows(lake, study, kind):
-            found.setdefault(cell_of_row(row), row)
-    return list(found.values())
+        known = {row.group for row in found}
+        found += [row for row in network_rows(lake, study, kind) if row.group not in known]
+    return found
