@@ -209,7 +209,7 @@ def tests_of(scene: str, home: Path) -> TargetsUnderTest:
     seed = study.config.evaluation.seed
     settings = pool.settings.targets.model_copy(update={"seed": seed})
     tests = unseen_tests(sample_targets(pool.robot, pool.scene, settings, 0, study.config.unseen))
-    return reachable_tests(tests, pool.robot, pool.scene, pool.settings, seed)
+    return reachable_tests(tests, pool.robot, [pool.scene] * len(tests), pool.settings, seed)
 
 
 def rolled_out(

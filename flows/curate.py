@@ -15,7 +15,7 @@ from plancurate.tasks.study import text
 from plancurate.tasks.study.context import StudyRef, reference
 from plancurate.tasks.study.records import record_study
 from plancurate.tasks.study.selection_results import ranking_rows
-from plancurate.tasks.study.selections import WantedSelection, make_selection, study_selections
+from plancurate.tasks.study.selections import WantedSelection, applies, make_selection, study_selections
 
 
 @flow(name="curate", flow_run_name="curate {config.name}")
@@ -30,6 +30,9 @@ def curate(config: SelectionsConfig, home: str = "") -> None:
     label_all(study)  # candidates that other studies planned
     wanted = study_selections(study)
     record_study(study)
+    for pool in study.pools:
+        if left_out := [choice.label for choice in config.selectors if not applies(choice, pool)]:
+            tell(f"  {pool.title}: without {', '.join(left_out)}, which work in one scene")
     with stage("curate", len(wanted), "selections") as bar:
         calls = ((reference(study), selection, selection.title) for selection in wanted)
         # Side by side they would lengthen each other's selection time.

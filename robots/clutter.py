@@ -14,7 +14,11 @@ from plancurate.robots.scene import SceneShape, native_scene
 from plancurate.robots.scene_file import Box, Frame, RegionEntry, Round, SceneFile, Sphere
 
 CLUTTER = "clutter"
-GRAMMAR = re.compile(r"clutter(?::(\d{1,9})(?::(\d{1,3})(?::(0?\.\d{1,4}))?)?)?")
+DIFFICULTY = r"(?::(\d{1,3})(?::(0?\.\d{1,4}))?)?"
+GRAMMAR = re.compile(rf"clutter(?::(\d{{1,9}}){DIFFICULTY})?")
+FAMILY_GRAMMAR = re.compile(rf"clutter:(\d{{1,9}})\.\.(\d{{1,9}}){DIFFICULTY}")
+FIRST_UNSEEN = 900_000_000
+"""Seeds from here on are of scenes that nobody trains in."""
 MOST = 100
 DRAWS = 50  # places tried for each obstacle
 START_CLEARANCE = 0.04  # share of the reach that an obstacle keeps to the arm at home
@@ -40,6 +44,11 @@ class ClutterParameters:
         """The scene's name: a folder of the lake."""
         return f"{CLUTTER}-{self.seed}-{self.number}-{self.size:g}"
 
+    @property
+    def source(self) -> str:
+        """What the scene is loaded by."""
+        return f"{CLUTTER}:{self.seed}:{self.number}:{self.size:g}"
+
 
 def parse_clutter(name: str) -> ClutterParameters:
     """Read `clutter[:SEED[:NUMBER[:SIZE]]]`; PlancurateError for anything else."""
@@ -52,6 +61,21 @@ def parse_clutter(name: str) -> ClutterParameters:
             "0.01 to 0.3 reach, such as clutter:7:12:0.06"
         )
     return made
+
+
+def parse_family(name: str) -> tuple[ClutterParameters, int]:
+    """Read `clutter:FIRST..LAST[:NUMBER[:SIZE]]`: the first of the scenes to train in, and how many there are.
+
+    PlancurateError for anything else.
+    """
+    match = FAMILY_GRAMMAR.fullmatch(name)
+    if match is None or not int(match[1]) <= int(match[2]) < FIRST_UNSEEN:
+        raise PlancurateError(
+            f"scene {name}: clutter:FIRST..LAST[:NUMBER[:SIZE]] is needed, seeds below {FIRST_UNSEEN}, such as "
+            "clutter:0..511"
+        )
+    first, last, *difficulty = (text for text in match.groups() if text is not None)
+    return parse_clutter(":".join([CLUTTER, first, *difficulty])), int(last) - int(first) + 1
 
 
 def clutter_file(parameters: ClutterParameters, robot: Robot) -> SceneFile:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from plancurate.flows.cli.console import output
 from plancurate.flows.cli.tables import lines, matrix
+from plancurate.tasks.learning.test_targets import UNSEEN_SCENE
 from plancurate.tasks.study.context import StudyContext
-from plancurate.tasks.study.results import StudyResults, study_results
+from plancurate.tasks.study.results import study_results
+from plancurate.tasks.study.trial_results import KindResults
 from plancurate.tasks.study.verdict import verdicts
 
 STARS = "*, **, ***: differs from General on the same test targets, p < 0.05, 0.01, 0.001 (Holm)"
@@ -20,7 +22,9 @@ def show_results(study: StudyContext) -> None:
         for sentence in verdict.sentences[1:]:
             output.print(sentence, markup=False, highlight=False)
     output.print()
-    show_table(results)
+    show_table(results.headline)
+    if results.headline.kind == "unseen" and UNSEEN_SCENE in results.tests:
+        show_table(results.on(UNSEEN_SCENE))
     for what, where in (
         ("report", f"{study.home.reports / study.study / 'index.html'}"),
         ("lake", 'plancurate sql "SELECT * FROM evaluations LIMIT 5"'),
@@ -29,10 +33,10 @@ def show_results(study: StudyContext) -> None:
         output.print(f"{what:<7} {where}", highlight=False, soft_wrap=True)
 
 
-def show_table(results: StudyResults) -> None:
-    """Print success rates on the kind of test that headlines go by."""
-    tests = results.headline
+def show_table(tests: KindResults) -> None:
+    """Print success rates on one kind of test."""
     first = lines(tests)[0]
-    title = f"Success in percent at {first.tests} {tests.kind} test targets"
+    what = "tests in scenes never trained in" if tests.kind == UNSEEN_SCENE else f"{tests.kind} test targets"
+    title = f"Success in percent at {first.tests} {what}"
     output.print(matrix(tests, title))
     output.print(f"\\[95 % over {first.interval_over}]; {STARS}", style="dim")

@@ -30,7 +30,9 @@ SELECT DISTINCT ON (trials.success)
     trials.policy,
     trials.seed,
     trials.round,
+    trials.kind,
     trials.test_id,
+    trials.target_id,
     trials.x,
     trials.y,
     trials.z

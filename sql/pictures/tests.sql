@@ -26,6 +26,6 @@ WHERE
     AND own.policy = $policy
     AND own.seed = $seed
 ORDER BY
-    own.success DESC, coalesce(other.success, false), own.kind = 'unseen' DESC,
+    own.success DESC, coalesce(other.success, false), own.kind <> 'displaced' DESC,
     coalesce(other.collided, false) DESC, own.hard DESC, own.test_id
 LIMIT 1;

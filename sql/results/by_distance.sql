@@ -1,7 +1,7 @@
 -- Success of a study by the distance of the tested from the trained target, over policies and seeds.
 -- Fresh targets have no such distance.
 -- Grain: scene (and 'all scenes' of several), pool label, selector, budget, distance.
--- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
+-- $study: evaluations.study; $kind: test targets: 'displaced', 'unseen' or 'unseen_scene'.
 SELECT
     scene,
     pool_label,

@@ -1,6 +1,6 @@
 -- Success of a study by policy, over training and selection seeds.
 -- Grain: scene (and 'all scenes' of several), pool label, selector, budget, policy.
--- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
+-- $study: evaluations.study; $kind: test targets: 'displaced', 'unseen' or 'unseen_scene'.
 SELECT
     scene,
     pool_label,

@@ -1,6 +1,6 @@
 -- Totals of a study over policies and seeds.
 -- Grain: scene (and 'all scenes' of several), pool label, selector, budget.
--- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
+-- $study: evaluations.study; $kind: test targets: 'displaced', 'unseen' or 'unseen_scene'.
 WITH trials AS (
     SELECT * FROM scene_trials($study, $kind)
 ),

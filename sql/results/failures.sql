@@ -1,7 +1,7 @@
 -- Why trials of a study failed, over policies and seeds: with what they collided first, which joint's limit
 -- they broke, or that they came to nothing. Grain: scene (and 'all scenes' of several), pool label, selector,
 -- budget, failure, detail; '' where a kind of failure has none.
--- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
+-- $study: evaluations.study; $kind: test targets: 'displaced', 'unseen' or 'unseen_scene'.
 SELECT
     scene,
     pool_label,

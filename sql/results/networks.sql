@@ -1,6 +1,6 @@
 -- Results of each network of a study. Grain: scene, pool label, selector, budget, policy, training seed,
 -- selection seed, round of corrections.
--- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
+-- $study: evaluations.study; $kind: test targets: 'displaced', 'unseen' or 'unseen_scene'.
 SELECT
     scene,
     pool_label,

@@ -1,7 +1,7 @@
 -- How each network of a study, after its last round of corrections, did at each test target, in lists of
 -- equal length: what a bootstrap draws from.
 -- Grain: scene, pool label, selector, budget, policy, training seed, selection seed.
--- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
+-- $study: evaluations.study; $kind: test targets: 'displaced', 'unseen' or 'unseen_scene'.
 SELECT
     scene,
     pool_label,

@@ -1,7 +1,7 @@
 -- Mean and sample standard deviation (null for a single trial) of how the trials of a study went, over
 -- policies and seeds: what t intervals and Welch tests need.
 -- Grain: scene (and 'all scenes' of several), pool label, selector, budget.
--- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
+-- $study: evaluations.study; $kind: test targets: 'displaced', 'unseen' or 'unseen_scene'.
 SELECT
     scene,
     pool_label,

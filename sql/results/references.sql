@@ -1,6 +1,6 @@
 -- What no policy does, on the tests of a study's policies: a planner, a replayed trajectory, a straight line.
 -- Grain: scene (and 'all scenes' of several), pool label, reference.
--- $study: reference_trials.study; $kind: 'displaced' or 'unseen' test targets.
+-- $study: reference_trials.study; $kind: test targets: 'displaced', 'unseen' or 'unseen_scene'.
 SELECT
     CASE WHEN grouping(scene) = 1 THEN 'all scenes' ELSE scene END AS scene,
     pool_label,

@@ -1,6 +1,6 @@
 -- Where the tests of a study lie: what tells whether two studies tested the same.
 -- Grain: scene, pool label, test.
--- $study: evaluations.study; $kind: 'displaced' or 'unseen' test targets.
+-- $study: evaluations.study; $kind: test targets: 'displaced', 'unseen' or 'unseen_scene'.
 SELECT DISTINCT
     scene,
     pool_label,

@@ -1,6 +1,6 @@
 -- Trials of a study on one kind of test after its last round of corrections, and once more under the scene
 -- 'all scenes' those of every selection that was tested in each of several scenes.
--- tests: 'displaced' or 'unseen'.
+-- tests: 'displaced', 'unseen' or 'unseen_scene'.
 CREATE OR REPLACE MACRO scene_trials(study_id, tests) AS TABLE
 WITH trials AS (
     SELECT * FROM final_trials(study_id, tests)

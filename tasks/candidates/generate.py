@@ -57,18 +57,20 @@ def generate_candidates(
     planner: str,
     settings: GenerateSettings,
     postprocess_path: Postprocess | None = None,
+    pool: str | None = None,
 ) -> tuple[pa.Table, StageSeconds]:
     """Plan all runs of one source to `targets`; return a row of `trajectories` for each, failed ones too.
 
-    Rows depend on nothing but the arguments, measured seconds excepted. `postprocess_path` does the part that
-    holds the interpreter's lock: here by default, or in other processes (`PostprocessPool`). Raises
-    PlancurateError for a planner or parameter that is not known.
+    `pool` is the id of the pool that they belong to, where it isn't that of the scene alone. Rows depend on nothing
+    but the arguments, measured seconds excepted. `postprocess_path` does the part that holds the interpreter's lock:
+    here by default, or in other processes (`PostprocessPool`). Raises PlancurateError for a planner or parameter that
+    is not known.
     """
     if postprocess_path is None:
         postprocess_path = partial(
             postprocess, robot, scene, timing=settings.timing, playback=settings.verify
         )
-    pool, label = pool_id(robot, scene, settings), find_source(planner).label
+    pool, label = pool or pool_id(robot, scene, settings), find_source(planner).label
     rows = []
     for target in targets:
         for run in range(settings.plan.runs):

@@ -21,7 +21,7 @@ COLUMNS = {
     "name": "The study's name",
     "study_key": "Hash of all that decides the study's results",
     "labelling": "Set of sources whose candidates were labelled beside each other",
-    "kind": "Kind of the tests: displaced (from a training target) or unseen",
+    "kind": "Kind of the tests: displaced (from a training target), unseen, or unseen_scene (in another scene)",
     "config": "The study's configuration, JSON",
     "run_at": "When the study became the latest of its name, UTC",
     "package_version": "Version of plancurate",

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
 
 HOLD_STEPS = 10
 """Held steps at the end of each demonstration unless the caller says otherwise."""
@@ -117,11 +118,11 @@ def demonstrations(
     )
 
 
-def limited_share(data: Demonstrations, first: int, most: float) -> Demonstrations:
-    """The demonstrations with those from episode `first` on drawn less often where they were more than `most` of 1."""
-    late = data.window_starts >= data.starts[first] if first < len(data.starts) else None
-    if late is None:
+def limited_share(data: Demonstrations, limited: BoolArray, most: float) -> Demonstrations:
+    """The demonstrations with those `limited` (episodes,) drawn less often where they were more than `most` of 1."""
+    if not limited.any():
         return data
+    late = limited[np.searchsorted(data.starts, data.window_starts, side="right") - 1]
     weights = np.ones(len(late)) if data.window_weights is None else data.window_weights
     early, now = float(weights[~late].sum()), float(weights[late].sum())
     allowed = early * most / (1 - most)

@@ -60,6 +60,6 @@ def check_scene(
     targets = draw_targets(robot, scene, settings, 0, n)
     planned = scene_report(robot, scene, targets, settings, planner)
     drawn = displaced_tests(targets, seed)
-    kept = reachable_tests(drawn, robot, scene, settings, seed)
+    kept = reachable_tests(drawn, robot, [scene] * len(drawn), settings, seed)
     hard = float(np.mean(kept.hard)) if kept.hard is not None and len(kept) else 0.0
     return SceneCheck(planned, PLANNER, len(drawn), len(kept) / len(drawn), hard)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,9 @@ from plancurate.tasks.learning.reach import reach
 from plancurate.tasks.learning.settings import TESTS_BY_DISTANCE
 
 FloatArray = npt.NDArray[np.float64]
+UNSEEN_SCENE: Final = "unseen_scene"
+UnseenKind = Literal["unseen", "unseen_scene"]
+"""Where fresh targets lie: in a scene that policies were trained in, or each in one that none was."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +29,7 @@ class TargetsUnderTest:
     """t tested tool positions."""
 
     kind: tuple[str, ...]
-    """Of each: displaced or unseen."""
+    """Of each: displaced, unseen, or unseen_scene."""
     target_id: npt.NDArray[np.int32]
     distance_cm: npt.NDArray[np.int32]
     """Displacement; -1 for unseen targets."""
@@ -41,6 +44,19 @@ class TargetsUnderTest:
 
     def __len__(self) -> int:
         return len(self.kind)
+
+    def take(self, rows: Sequence[int] | npt.NDArray[np.int64]) -> TargetsUnderTest:
+        """Some of the tests, under their numbers."""
+        return replace(
+            self,
+            kind=tuple(self.kind[i] for i in rows),
+            target_id=self.target_id[rows],
+            distance_cm=self.distance_cm[rows],
+            position=self.position[rows],
+            test_id=self.test_id[rows],
+            hard=None if self.hard is None else self.hard[rows],
+            planned=None if self.planned is None else self.planned[rows],
+        )
 
     def columns(self) -> dict[str, Any]:
         """One value a test for each column of the lake's tables that says what was tested; `hard` where it is known."""
@@ -73,10 +89,10 @@ def displaced_tests(targets: Sequence[Target], seed: int) -> TargetsUnderTest:
     )
 
 
-def unseen_tests(targets: Sequence[Target]) -> TargetsUnderTest:
+def unseen_tests(targets: Sequence[Target], kind: UnseenKind = "unseen") -> TargetsUnderTest:
     """One test at each fresh target."""
     return TargetsUnderTest(
-        kind=("unseen",) * len(targets),
+        kind=(kind,) * len(targets),
         target_id=np.array([target.target_id for target in targets], dtype=np.int32),
         distance_cm=np.full(len(targets), -1, dtype=np.int32),
         position=np.array([target.position for target in targets]).reshape(-1, 3),
@@ -96,27 +112,24 @@ def join_tests(*parts: TargetsUnderTest) -> TargetsUnderTest:
 
 
 def reachable_tests(
-    tests: TargetsUnderTest, robot: Robot, scene: Scene, settings: GenerateSettings, seed: int
+    tests: TargetsUnderTest, robot: Robot, scenes: Sequence[Scene], settings: GenerateSettings, seed: int
 ) -> TargetsUnderTest:
     """The tests under their numbers, less displaced ones that no planner reaches; marked where hard, and where planned.
 
-    A test's goals and plan depend on its number and the seed, never on which others there are.
+    `scenes` has the one of each test. A test's goals and plan depend on its number and the seed, never on which others
+    there are.
     """
     found = [
         reach(robot, scene, position, settings, (seed, int(number)))
-        for position, number in zip(tests.position, tests.test_id, strict=True)
+        for scene, position, number in zip(scenes, tests.position, tests.test_id, strict=True)
     ]
     kept = [i for i, one in enumerate(found) if one.planned or tests.kind[i] != "displaced"]
-    return replace(
+    looked_at = replace(
         tests,
-        kind=tuple(tests.kind[i] for i in kept),
-        target_id=tests.target_id[kept],
-        distance_cm=tests.distance_cm[kept],
-        position=tests.position[kept],
-        test_id=tests.test_id[kept],
-        hard=np.array([found[i].hard for i in kept], dtype=bool),
-        planned=np.array([found[i].planned for i in kept], dtype=bool),
+        hard=np.array([one.hard for one in found], dtype=bool),
+        planned=np.array([one.planned for one in found], dtype=bool),
     )
+    return looked_at.take(kept)
 
 
 def directions(count: int, seed: int, target_id: int) -> FloatArray:

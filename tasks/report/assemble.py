@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from plancurate.tasks.report import failure_table, figures, measured_figures, selection_tables, tables
 from plancurate.tasks.report.contents import Report, Section, Table
 from plancurate.tasks.report.development import development_section
 from plancurate.tasks.report.setup import setup
-from plancurate.tasks.report.source import Source
+from plancurate.tasks.report.source import FRESH_TITLES, Source
 from plancurate.tasks.study import text
 from plancurate.tasks.study.agreement import agreement_sentence
 from plancurate.tasks.study.results import StudyResults
+from plancurate.tasks.study.trial_results import Kind
 from plancurate.tasks.study.verdict import verdicts
 
 SELECTION = (
@@ -20,6 +21,18 @@ SELECTION = (
     "the same policies, and a test sends a policy to one target. Success: the tool comes within 5 cm of it, and every "
     "move up to then is free of collision and inside the limits. Settled: it is still there at the step limit."
 )
+FRESH: Mapping[Kind, tuple[str, str]] = {
+    "unseen": (
+        "fresh",
+        "Targets that no policy was trained on; the publication has no such tests.",
+    ),
+    "unseen_scene": (
+        "fresh_scenes",
+        "Each test is in a scene of its own, drawn like those that policies were trained in and not one of them. "
+        "Selectors that roll policies out or time trajectories do so in one scene, so they are not here.",
+    ),
+}
+"""Of each kind of fresh targets: the section's key, and what they are."""
 HOW_SURE = (
     "The 95 % interval says what the rate might be with other seeds and test targets. A gain over General, which keeps "
     "every candidate, is sure (stars) where such chance does not explain it; selections that chance may have ordered "
@@ -32,7 +45,7 @@ def build_report(results: StudyResults, pictures: Section | None = None) -> Repo
     sources = {kind: Source(results, kind) for kind in results.tests}
     headline, displaced = sources[results.headline.kind], sources.get("displaced")
     sections = [
-        *([fresh_targets(sources["unseen"])] if "unseen" in sources else []),
+        *(fresh_targets(sources[kind]) for kind in FRESH if kind in sources),
         *(displaced_targets(displaced) if displaced else []),
         *([pictures] if pictures else []),
         selections(headline),
@@ -45,14 +58,12 @@ def build_report(results: StudyResults, pictures: Section | None = None) -> Repo
 
 
 def fresh_targets(source: Source) -> Section:
-    """Success at targets that no policy was trained on."""
-    words = (
-        f"Targets that no policy was trained on; the publication has no such tests. {SELECTION} {HOW_SURE}"
-        f"{degenerate_pools(source.results)}"
-    )
+    """Success at targets that no policy was trained on, in scenes that it was trained in or in others."""
+    key, words = FRESH[source.kind]
+    words = f"{words} {SELECTION} {HOW_SURE}{degenerate_pools(source.results)}"
     drawn = [figures.fresh_bars(source), *filter(None, [figures.scene_map(source)])]
     shown = [tables.success_table(source), failure_table.failure_table(source)]
-    return Section("fresh", "Success at fresh targets", words, drawn, shown)
+    return Section(key, FRESH_TITLES[source.kind], words, drawn, shown)
 
 
 def displaced_targets(source: Source) -> list[Section]:

@@ -17,7 +17,7 @@ def failure_table(source: Source) -> Table[FailureRow]:
     for row in source.tests.failures:
         reasons[row.cell].append(row)
     return Table(
-        key="unseen_failures" if source.kind == "unseen" else "failures",
+        key="failures" if source.kind == "displaced" else f"{source.kind}_failures",
         title="Why rollouts failed",
         note="In percent of all trials of a selection. Collided: a move was not free; beside it the two bodies that "
         "met first, in most of these trials. Limits: a move left a joint's position limits, or was faster than its "

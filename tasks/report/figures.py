@@ -13,7 +13,7 @@ from plancurate.tasks.report.charts import (
     small_curves,
 )
 from plancurate.tasks.report.contents import Figure
-from plancurate.tasks.report.source import Source
+from plancurate.tasks.report.source import FRESH_TITLES, Source
 from plancurate.tasks.study.against import BASELINE
 from plancurate.tasks.study.published import published_for
 from plancurate.tasks.study.rows import ALL_SCENES, DistanceRow
@@ -48,10 +48,10 @@ def success_forest(source: Source) -> Figure:
 
 def fresh_bars(source: Source) -> Figure:
     """Success by selector at fresh targets."""
-    title = "Success at fresh targets"
+    title = FRESH_TITLES[source.kind]
     drawing = bars(title, SUCCESS, success_marks(source), _one_decimal, 100)
     note = f"{source.figure_note(source.tests.summaries)} Stars: differs from General."
-    return Figure("figure_unseen", title, note, [(title, drawing)], (OURS, GENERAL, INTERVAL))
+    return Figure(f"figure_{source.kind}", title, note, [(title, drawing)], (OURS, GENERAL, INTERVAL))
 
 
 def scene_map(source: Source) -> Figure | None:

@@ -19,6 +19,7 @@ from plancurate.tasks.study.results import StudyResults
 from plancurate.tasks.study.rows import Cell
 from plancurate.tasks.study.seen_candidates import extreme_shots, kept_shot
 from plancurate.tasks.study.seen_rollouts import contrast_shots
+from plancurate.tasks.study.trial_results import KindResults
 
 SIZE = (480, 360)  # pixels
 MOST_POOLS = 3  # that are shown more of than their scenes: seconds, and a page of a megabyte
@@ -51,7 +52,7 @@ def study_pictures(home: Home, results: StudyResults) -> Section:
 def scenes_figure(study: StudyContext) -> Figure:
     """Every scene of the study with the arm where it starts."""
     pools = {pool.scene.name: pool for pool in study.pools}.values()
-    shots = [Shot(pool.robot, pool.scene, title=pool.scene.name) for pool in pools]
+    shots = [Shot(pool.robot, pool.scenes_of_targets([0])[0], title=pool.scene.name) for pool in pools]
     title = "The robot in its scene" if len(shots) == 1 else "The robot in its scenes"
     note = f"Scene {', '.join(shot.title for shot in shots)}; the robot where it starts."
     return Figure("picture_scenes", title, note, [(shot.title, drawing(shot, [])) for shot in shots])
@@ -60,7 +61,8 @@ def scenes_figure(study: StudyContext) -> Figure:
 def pool_figures(study: StudyContext, pool: PoolContext, results: StudyResults) -> Iterator[Figure]:
     """Two trajectories, two selections and two rollouts of a pool."""
     number, where = study.pools.index(pool) + 1, f" in {pool.title}" if len(study.pools) > 1 else ""
-    cells = shown_cells(results, pool)
+    tests = pool_tests(results, pool)
+    cells = shown_cells(tests, pool)
 
     def figure(key: str, title: str, note: Note, make: Callable[[], Sequence[Shot]]) -> Figure:
         return figure_of(f"picture_{key}_{number}", f"{title}{where}", note, make)
@@ -81,13 +83,21 @@ def pool_figures(study: StudyContext, pool: PoolContext, results: StudyResults) 
         "rollouts",
         "A rollout that succeeds and one that fails",
         rollout_note,
-        lambda: contrast_shots(study, pool, results.headline.kind, cells[0]),
+        lambda: contrast_shots(study, pool, tests.kind, cells[0]),
     )
 
 
-def shown_cells(results: StudyResults, pool: PoolContext) -> list[Cell]:
+def pool_tests(results: StudyResults, pool: PoolContext) -> KindResults:
+    """The results on the first kind of test that the pool has: where scenes vary, in others than elsewhere."""
+    group = (pool.scene.name, pool.label)
+    return next(
+        tests for tests in results.tests.values() if any(row.group == group for row in tests.summaries)
+    )
+
+
+def shown_cells(tests: KindResults, pool: PoolContext) -> list[Cell]:
     """The best selection of a pool and General, which keeps everything, as far as the study has both."""
-    rows = [row for row in results.headline.summaries if row.group == (pool.scene.name, pool.label)]
+    rows = [row for row in tests.summaries if row.group == (pool.scene.name, pool.label)]
     best = [row.cell for row in rows if row.selector != BASELINE][:1]
     return best + [row.cell for row in rows if row.selector == BASELINE]
 

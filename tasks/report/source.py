@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
@@ -15,6 +15,10 @@ from plancurate.tasks.study.rows import Cell, Row, SceneRow
 from plancurate.tasks.study.trial_results import Kind, KindResults
 
 RowT = TypeVar("RowT", bound=Row)
+FRESH_TITLES: Mapping[Kind, str] = {
+    "unseen": "Success at fresh targets",
+    "unseen_scene": "Success in fresh scenes",
+}
 
 
 @dataclass(frozen=True)

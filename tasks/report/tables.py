@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from plancurate.tasks.report.contents import Table
-from plancurate.tasks.report.source import Source
+from plancurate.tasks.report.source import FRESH_TITLES, Source
 from plancurate.tasks.study import text
 from plancurate.tasks.study.reference_results import ReferenceRow
 from plancurate.tasks.study.rows import (
@@ -45,12 +45,12 @@ MEASURES = {
 
 def success_table(source: Source) -> Table[SummaryRow]:
     """Table A1, or the same about fresh targets."""
-    fresh = source.kind == "unseen"
+    fresh = source.kind != "displaced"
     rows = source.tests.summaries
     motions = any(row.motions for row in rows)
     return Table(
-        key="unseen" if fresh else "table_a1",
-        title="Success at fresh targets by selector" if fresh else "Table A1. Success by selector",
+        key=source.kind if fresh else "table_a1",
+        title=f"{FRESH_TITLES[source.kind]} by selector" if fresh else "Table A1. Success by selector",
         note="In percent, all policies together, with a 95 % interval (bootstrap over selection "
         "seeds, training seeds and test targets; one of a kind shows no spread and adds none) and "
         f"the gain over General in points. {STARS} Best: the first of its scene; tie: the tests can't tell it from the "

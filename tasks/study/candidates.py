@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import pyarrow as pa
 
 from plancurate.errors import PlancurateError
+from plancurate.robots import Scene
 from plancurate.tasks.candidates.consistent_goals import draw_targets
 from plancurate.tasks.candidates.generate import generate_candidates
 from plancurate.tasks.candidates.postprocess_pool import Setting, shared_postprocess
@@ -14,6 +18,9 @@ from plancurate.tasks.candidates.sources.recorded import missing
 from plancurate.tasks.candidates.target_table import stored_targets, target_rows, targets_key
 from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.study.context import PoolContext, StudyContext
+from plancurate.tasks.study.scenes import rows_by_scene
+
+REFERENCE_TARGETS = 256
 
 
 @dataclass(frozen=True)
@@ -37,10 +44,34 @@ def study_targets(study: StudyContext, pool: PoolContext) -> list[Target]:
     for first, count in gaps(sorted(known), study.config.n_targets):
         if name := pool.settings.targets.recorded:
             raise PlancurateError(f"target {first} of {study.config.n_targets}: {missing(name)}")
-        new = draw_targets(pool.robot, pool.scene, pool.settings, first, count, list(known.values()))
+        new = drawn(pool, first, count, list(known.values()))
         study.lake.write("targets", pool.partition, targets_key(new), target_rows(new), pool.metadata)
         known |= {target.target_id: target for target in new}
     return [known[number] for number in range(study.config.n_targets)]
+
+
+def drawn(pool: PoolContext, first: int, count: int, earlier: Sequence[Target]) -> list[Target]:
+    """Draw targets `first` to `first + count - 1` of a pool, those before it given.
+
+    Where scenes vary, each is drawn in its own, and goals that are to be consistent continue a reference's: goals that
+    continue each other's where no obstacle is, so that they depend on the scene only where they are not free in it.
+    """
+    if pool.family is None:
+        return draw_targets(pool.robot, pool.scene, pool.settings, first, count, earlier)
+    numbers, known = range(first, first + count), reference_targets(pool)
+    return [
+        draw_targets(pool.robot, scene, pool.settings, number, 1, known)[0]
+        for number, scene in zip(numbers, pool.scenes_of_targets(numbers), strict=True)
+    ]
+
+
+@lru_cache(maxsize=2)
+def reference_targets(pool: PoolContext) -> list[Target]:
+    """Targets where no obstacle is, whose goals continue each other's, numbered before all others; none if unwanted."""
+    if pool.settings.plan.goals != "consistent":
+        return []
+    found = draw_targets(pool.robot, pool.scene, pool.settings, 0, REFERENCE_TARGETS)
+    return [replace(target, target_id=-1) for target in found]
 
 
 def gaps(known: Sequence[int], count: int) -> list[tuple[int, int]]:
@@ -74,10 +105,22 @@ class Planned:
 def make_part(study: StudyContext, part: Part) -> Planned:
     """Plan, time and verify a part and write it to the lake; runs without a solution are rows with a reason."""
     pool = study.pool(part.pool)
-    setting = Setting(study.config.robot, pool.scene_source, pool.settings.timing, pool.settings.verify)
-    rows, _ = generate_candidates(
-        pool.robot, pool.scene, list(part.targets), part.planner, pool.settings, shared_postprocess(setting)
-    )
+    scenes = pool.scenes_of_targets([target.target_id for target in part.targets])
+    tables = [
+        planned_in(study, pool, scene, [part.targets[i] for i in rows], part.planner)
+        for scene, rows in rows_by_scene(scenes)
+    ]
+    rows = pa.concat_tables(tables)
     partition = {**pool.partition, "planner": find_source(part.planner).label}
     study.lake.write("trajectories", partition, part.label, rows, pool.metadata)
     return Planned(rows.num_rows, rows["solved"].to_pylist().count(False))
+
+
+def planned_in(
+    study: StudyContext, pool: PoolContext, scene: Scene, targets: list[Target], planner: str
+) -> pa.Table:
+    """Plan, time and verify one planner's runs to targets of one scene."""
+    source = pool.source_of_target(targets[0].target_id)
+    setting = Setting(study.config.robot, source, pool.settings.timing, pool.settings.verify)
+    postprocess = shared_postprocess(setting)
+    return generate_candidates(pool.robot, scene, targets, planner, pool.settings, postprocess, pool.pool)[0]

@@ -21,7 +21,12 @@ from plancurate.robots import DEFAULT_ROBOT, DEFAULT_SCENE, robot_names, scene_n
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.sources import source_names
 from plancurate.tasks.curation.selector_choice import SelectorChoice
-from plancurate.tasks.learning.settings import CorrectionSettings, EvaluateSettings, TrainSettings
+from plancurate.tasks.learning.settings import (
+    CorrectionSettings,
+    EvaluateSettings,
+    TrainSettings,
+    registered_terms,
+)
 from plancurate.yaml_files import merged, read_mapping
 
 PRESETS = Path(__file__).parent / "presets"
@@ -59,8 +64,9 @@ class StudyConfig(Settings):
     scenes: tuple[str, ...] = Field(
         (DEFAULT_SCENE,),
         min_length=1,
-        description="Registered scenes, or YAML files; one table goes across them.",
-        json_schema_extra=offers(scene_names, "File, or clutter:SEED"),
+        description="Registered scenes, or YAML files; one table goes across them. clutter:0..511 are scenes that "
+        "vary: training targets go round them, and fresh targets lie in others.",
+        json_schema_extra=offers(scene_names, "File, clutter:SEED, or clutter:FIRST..LAST"),
     )
     n_targets: int = Field(5, ge=1, le=MOST_TARGETS, description="Training targets in each pool.")
     planners: tuple[str, ...] = Field(
@@ -100,7 +106,19 @@ class StudyConfig(Settings):
         CorrectionSettings(), description="Rounds of corrections on training targets; needs arc steps."
     )
     evaluation: EvaluateSettings = Field(EvaluateSettings(), description="Tests and rollouts.")
-    unseen: int = Field(0, ge=0, le=1_000_000, description="Tests at fresh targets anywhere in the region.")
+    varying_observation: tuple[str, ...] = Field(
+        ("goal_offset", "clearances_around", "clearances_ahead", "clearances_by_detours"),
+        min_length=1,
+        description="What policies observe where scenes vary, as in clutter:0..511, instead of training.observation.",
+        json_schema_extra=offers(registered_terms),
+    )
+    unseen: int = Field(
+        0,
+        ge=0,
+        le=1_000_000,
+        description="Tests at fresh targets anywhere in the region; where scenes vary, each in a scene of its own that "
+        "no policy was trained in.",
+    )
     displaced_targets: int | None = Field(
         None,
         ge=0,

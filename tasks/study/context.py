@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import combinations
 
 from plancurate import __version__, native
 from plancurate.errors import PlancurateError
-from plancurate.robots import Robot, Scene, load_world
+from plancurate.robots import Robot, Scene, load_robot, load_world
+from plancurate.robots.scene_family import SceneFamily, is_family, load_family
 from plancurate.tasks.candidates import path_classes
 from plancurate.tasks.candidates.generate import pool_id
 from plancurate.tasks.candidates.settings import GenerateSettings
@@ -21,6 +22,8 @@ from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning import corrections, rollouts, train, training_goals
 from plancurate.tasks.learning.observations import find_term, goal_terms
 from plancurate.tasks.learning.policies import kind_of
+from plancurate.tasks.learning.settings import TrainSettings
+from plancurate.tasks.learning.test_targets import UNSEEN_SCENE
 from plancurate.tasks.motion import verify
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.identity import digest
@@ -42,9 +45,12 @@ class PoolContext:
     """The variant's name; empty where the study has a single one."""
     robot: Robot
     scene: Scene
+    """Where scenes vary, what all have in common."""
     scene_source: str
     """The scene as the configuration names it: what another process loads it by."""
     settings: GenerateSettings
+    family: SceneFamily | None = None
+    """The scenes, where they vary."""
 
     @property
     def partition(self) -> dict[str, str]:
@@ -61,9 +67,43 @@ class PoolContext:
             "ompl_version": native.ompl_version(),
         }
 
+    def training(self, config: StudyConfig) -> TrainSettings:
+        """Return how the study trains on this pool: where scenes vary, policies observe them."""
+        if self.family is None:
+            return config.training
+        return config.training.model_copy(update={"observation": config.varying_observation})
+
     def learning(self, config: StudyConfig) -> LearningSettings:
         """Return the study's settings as selectors that train, roll out or time use them."""
-        return LearningSettings(config.training, config.evaluation, self.settings.timing)
+        return LearningSettings(self.training(config), config.evaluation, self.settings.timing)
+
+    def require_one_scene(self, doing: str) -> None:
+        """Raise PlancurateError where scenes vary, for what is done in one."""
+        if self.family is not None:
+            raise PlancurateError(
+                f"{doing}: the scenes {self.scene_source} vary, and one is needed; name a study of one scene, "
+                f"such as {self.family.training(0)}"
+            )
+
+    def source_of_target(self, target_id: int) -> str:
+        """Return what the scene of a training target is loaded by."""
+        return self.scene_source if self.family is None else self.family.training(target_id)
+
+    def scenes_of_targets(self, target_ids: Sequence[int]) -> list[Scene]:
+        """Return the scene that each training target lies in."""
+        if self.family is None:
+            return [self.scene] * len(target_ids)
+        return [self.family.member(self.family.training(target_id)) for target_id in target_ids]
+
+    def scenes_of_tests(self, kinds: Sequence[str], target_ids: Sequence[int]) -> list[Scene]:
+        """Return the scene that each test lies in, by its kind and the number of its target."""
+        if self.family is None:
+            return [self.scene] * len(kinds)
+        sources = (
+            self.family.unseen(target) if kind == UNSEEN_SCENE else self.family.training(target)
+            for kind, target in zip(kinds, target_ids, strict=True)
+        )
+        return [self.family.member(source) for source in sources]
 
     @property
     def title(self) -> str:
@@ -94,19 +134,21 @@ class StudyContext:
             "corrections": corrected,
             "verified_tests": verified,
             "displaced_targets": config.displaced_targets is not None,
+            "varying_observation": any(pool.family for pool in self.pools),
         }
         absent = {name for name, there in optional.items() if not there}
+        terms = config.training.observation + config.varying_observation * optional["varying_observation"]
         content = {
             "pools": [[pool.label, pool.pool] for pool in self.pools],
             "config": config.model_dump(mode="json", exclude=_NOT_IN_KEY | absent),
             "planners": sorted(self.sources),
             "selectors": [[c.selector.origin, c.selector.revision] for c in config.selectors],
             "policies": [kind_of(name).revision for name in config.policies],
-            "observation": [find_term(name).revision for name in config.training.observation],
+            "observation": [find_term(name).revision for name in terms],
             "stages": [path_classes.REVISION, train.REVISION, rollouts.REVISION]
             + [corrections.REVISION] * corrected
             + [verify.REVISION] * verified
-            + [training_goals.REVISION] * bool(goal_terms(config.training.observation)),
+            + [training_goals.REVISION] * bool(goal_terms(terms)),
         }
         return digest(content, 8)
 
@@ -174,11 +216,17 @@ def reference(study: StudyContext) -> StudyRef:
 
 def _pools(config: StudyConfig) -> Iterator[PoolContext]:
     for source in config.scenes:
-        robot, scene = load_world(config.robot, source)
-        require_free_home(robot, scene)
+        if is_family(source):
+            robot = load_robot(config.robot)
+            family = load_family(source, robot)
+            scene = family.shared
+        else:
+            robot, scene = load_world(config.robot, source)
+            family = None
+            require_free_home(robot, scene)
         for label in config.pool_labels:
             settings = config.pool_settings(label)
-            yield PoolContext(pool_id(robot, scene, settings), label, robot, scene, source, settings)
+            yield PoolContext(pool_id(robot, scene, settings), label, robot, scene, source, settings, family)
 
 
 @lru_cache(maxsize=4)  # loading a robot takes longer than what many a task does with it

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pyarrow as pa
@@ -14,6 +15,7 @@ from plancurate.tasks.learning.training_goals import TrainingGoals, training_goa
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.demonstrations import positions, selected_waypoints
 from plancurate.tasks.study.networks import Network, after_round, load_network
+from plancurate.tasks.study.scenes import rows_by_scene
 from plancurate.tasks.study.selections import make_selection
 
 
@@ -28,16 +30,19 @@ def make_corrections(study: StudyContext, network: Network) -> int:
     torch.set_num_threads(1)  # a network a core, as in training
     pool, parent = study.pool(network.selection.pool), after_round(study, network, network.round - 1)
     targets, goals = training(study, pool, network)
-    found = corrections(
-        load_network(study, parent),
-        pool.robot,
-        pool.scene,
-        goals,
-        pool.settings.plan,
-        study.config.evaluation,
-        study.config.corrections,
-        pool.settings.timing.dt,
-    )
+    policy, found = load_network(study, parent), []
+    for scene, of_scene in rows_by_scene(pool.scenes_of_targets(targets)):
+        made = corrections(
+            policy,
+            pool.robot,
+            scene,
+            TrainingGoals(goals.positions[of_scene], goals.configurations[of_scene]),
+            pool.settings.plan,
+            study.config.evaluation,
+            study.config.corrections,
+            pool.settings.timing.dt,
+        )
+        found += [replace(one, target=int(of_scene[one.target])) for one in made]
     rows = correction_rows(network, parent, targets, found)
     study.lake.write("corrections", pool.partition, network.network_id, rows, study.metadata)
     return len(found)

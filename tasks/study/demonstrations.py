@@ -3,14 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from plancurate.robots import Robot, Scene
 from plancurate.tasks.curation.pool import FloatArray, load_waypoints, waypoint_arrays
 from plancurate.tasks.curation.selectors.selection import Selection
 from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations, limited_share
+from plancurate.tasks.learning.join import join_demonstrations
+from plancurate.tasks.learning.settings import TrainSettings
 from plancurate.tasks.study.context import PoolContext, StudyContext
+from plancurate.tasks.study.scenes import IntArray, rows_by_scene
 from plancurate.tasks.study.selections import WantedSelection, make_selection
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """Trajectories to learn from, as `demonstrations` takes them."""
+
+    paths: list[FloatArray]
+    positions: FloatArray
+    steps: list[IntArray | None]
+    weights: FloatArray | None
+
+    def has_steps(self, rows: IntArray) -> bool:
+        """Whether any of these trajectories has a step to learn from."""
+        return any(self.steps[i] is None or len(self.steps[i]) for i in rows)
+
+    def demonstrations(
+        self, robot: Robot, scene: Scene, rows: IntArray, settings: TrainSettings
+    ) -> Demonstrations:
+        """Demonstrations of these trajectories, which lie in one scene."""
+        return demonstrations(
+            robot,
+            scene,
+            [self.paths[i] for i in rows],
+            self.positions[rows],
+            settings,
+            steps=[self.steps[i] for i in rows],
+            weights=None if self.weights is None else self.weights[rows],
+        )
 
 
 def selected_demonstrations(
@@ -23,19 +56,24 @@ def selected_demonstrations(
     pool, selection = study.pool(wanted.pool), make_selection(study, wanted)
     more = study.lake.query("study/corrections", networks=list(corrected), **pool.partition)
     steps, weight = selection.kept["steps"].to_pylist(), selection.kept["weight"]
-    data = demonstrations(
-        pool.robot,
-        pool.scene,
-        [*selected_waypoints(study, selection, pool.partition), *waypoint_arrays(more["q"])],
-        positions(study, pool, [*selection.kept["target_id"].to_pylist(), *more["target_id"].to_pylist()]),
-        study.config.training,
+    targets = [*selection.kept["target_id"].to_pylist(), *more["target_id"].to_pylist()]
+    shown = Shown(
+        paths=[*selected_waypoints(study, selection, pool.partition), *waypoint_arrays(more["q"])],
+        positions=positions(study, pool, targets),
         steps=[kept if kept is None else np.array(kept, dtype=np.int64) for kept in steps]
         + [None] * len(more),
         weights=None
         if weight.null_count == len(weight)
         else np.concatenate([weight.to_numpy(), np.ones(len(more))]),
     )
-    return limited_share(data, len(selection.kept), study.config.corrections.most_share)
+    groups = list(rows_by_scene(pool.scenes_of_targets(targets)))
+    if len(groups) > 1:  # a selector may have left nothing of what it kept in a scene
+        groups = [(scene, rows) for scene, rows in groups if shown.has_steps(rows)]
+    settings = pool.training(study.config)
+    data = [shown.demonstrations(pool.robot, scene, rows, settings) for scene, rows in groups]
+    is_correction = np.concatenate([rows for _, rows in groups]) >= len(selection.kept)
+    joined = data[0] if len(data) == 1 else join_demonstrations(data)
+    return limited_share(joined, is_correction, study.config.corrections.most_share)
 
 
 def positions(study: StudyContext, pool: PoolContext, target_ids: Sequence[int]) -> FloatArray:

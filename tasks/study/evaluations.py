@@ -9,12 +9,14 @@ import numpy as np
 import pyarrow as pa
 import torch
 
+from plancurate.robots import Scene
 from plancurate.tasks.candidates.target_table import stored_targets
-from plancurate.tasks.candidates.targets import sample_targets
+from plancurate.tasks.candidates.targets import sample_target, sample_targets
 from plancurate.tasks.learning import rollouts, training_goals
 from plancurate.tasks.learning.observations import goal_terms
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.test_targets import (
+    UNSEEN_SCENE,
     TargetsUnderTest,
     displaced_tests,
     join_tests,
@@ -26,6 +28,7 @@ from plancurate.tasks.motion.rollout import goals_of
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.identity import digest
 from plancurate.tasks.study.networks import Network, load_network, wanted_networks
+from plancurate.tasks.study.scenes import in_their_order, rows_by_scene
 from plancurate.tasks.study.selections import make_selection, study_pool, wanted_selections
 
 UNSEEN_SEED_OFFSET = 1_000_003  # unseen targets come from another seed than the training targets
@@ -35,19 +38,27 @@ UNSEEN_SEED_OFFSET = 1_000_003  # unseen targets come from another seed than the
 def study_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
     """Return a pool's tests: training targets displaced, where a planner reaches them, and fresh targets if asked."""
     tests = drawn_tests(study, pool)
-    return reachable_tests(tests, pool.robot, pool.scene, pool.settings, study.config.evaluation.seed)
+    scenes = pool.scenes_of_tests(tests.kind, tests.target_id.tolist())
+    return reachable_tests(tests, pool.robot, scenes, pool.settings, study.config.evaluation.seed)
 
 
 def goals_at(
     study: StudyContext,
     pool: PoolContext,
     trained: TrainedPolicy,
+    scenes: Sequence[Scene],
     positions: FloatArray,
     test_ids: Sequence[int],
 ) -> FloatArray | None:
     """Return the goals (t, n) that a network is shown at tests at positions (t, 3), m; None where no term needs any."""
+    if trained.goals is None:
+        return None
     seed, targets = study.config.evaluation.seed, pool.settings.targets
-    return goals_of(trained, pool.robot, pool.scene, positions, targets, seed, test_ids)
+    goals = np.empty((len(positions), pool.robot.dof))
+    for scene, rows in rows_by_scene(scenes):
+        numbers = [test_ids[i] for i in rows]
+        goals[rows] = goals_of(trained, pool.robot, scene, positions[rows], targets, seed, numbers)
+    return goals
 
 
 def network_goals(
@@ -55,7 +66,9 @@ def network_goals(
 ) -> FloatArray | None:
     """Return goal configurations (networks, tests, n) by what each network was shown; None where no term needs any."""
     tests = study_tests(study, pool)
-    goals = [goals_at(study, pool, policy, tests.position, tests.test_id.tolist()) for policy in trained]
+    scenes = pool.scenes_of_tests(tests.kind, tests.target_id.tolist())
+    numbers = tests.test_id.tolist()
+    goals = [goals_at(study, pool, policy, scenes, tests.position, numbers) for policy in trained]
     shown = [one for one in goals if one is not None]
     return np.stack(shown) if shown else None
 
@@ -69,8 +82,16 @@ def drawn_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
         return displaced
     seed = config.evaluation.seed + UNSEEN_SEED_OFFSET
     settings = pool.settings.targets.model_copy(update={"seed": seed})
-    fresh = sample_targets(pool.robot, pool.scene, settings, 0, config.unseen)
-    return join_tests(displaced, unseen_tests(fresh))
+    if pool.family is None:
+        fresh = sample_targets(pool.robot, pool.scene, settings, 0, config.unseen)
+        return join_tests(displaced, unseen_tests(fresh))
+    numbers = range(config.unseen)
+    scenes = pool.scenes_of_tests([UNSEEN_SCENE] * len(numbers), numbers)
+    fresh = [
+        sample_target(pool.robot, scene, settings, number)
+        for number, scene in zip(numbers, scenes, strict=True)
+    ]
+    return join_tests(displaced, unseen_tests(fresh, UNSEEN_SCENE))
 
 
 def evaluation_id(study: StudyContext, network: Network) -> str:
@@ -84,7 +105,7 @@ def evaluation_id(study: StudyContext, network: Network) -> str:
         settings,
         rollouts.REVISION,
     ]
-    if goal_terms(config.training.observation):
+    if goal_terms(study.pool(network.selection.pool).training(config).observation):
         content.append(training_goals.REVISION)
     if config.displaced_targets is not None:
         content.append({"displaced_targets": config.displaced_targets})
@@ -125,22 +146,33 @@ def evaluate_networks(study: StudyContext, networks: Sequence[Network]) -> int:
     """
     torch.set_num_threads(1)  # a group a core, as in training
     pool = study.pool(networks[0].selection.pool)
-    tests = study_tests(study, pool)
     trained = [load_network(study, network) for network in networks]
-    tables = rollouts.roll_out(
-        trained,
-        pool.robot,
-        pool.scene,
-        tests,
-        study.config.evaluation,
-        pool.settings.timing.dt,
-        network_goals(study, pool, trained),
-    )
+    tables = rolled_out(study, pool, trained)
     for network, policy, trials in zip(networks, trained, tables, strict=True):
         rows = trial_rows(study, network, policy, trials)
         key = evaluation_id(study, network)
         study.lake.write("evaluations", study.study_partition(pool), key, rows, study.metadata)
-    return len(networks) * len(tests)
+    return len(networks) * len(study_tests(study, pool))
+
+
+def rolled_out(study: StudyContext, pool: PoolContext, trained: Sequence[TrainedPolicy]) -> list[pa.Table]:
+    """Roll policies of one kind out on a pool's tests, a scene at a time; gives a table of trials for each policy."""
+    tests, goals = study_tests(study, pool), network_goals(study, pool, trained)
+    groups = list(rows_by_scene(pool.scenes_of_tests(tests.kind, tests.target_id.tolist())))
+    done = [
+        rollouts.roll_out(
+            trained,
+            pool.robot,
+            scene,
+            tests.take(rows),
+            study.config.evaluation,
+            pool.settings.timing.dt,
+            None if goals is None else goals[:, rows],
+        )
+        for scene, rows in groups
+    ]
+    order = in_their_order([rows for _, rows in groups])
+    return [pa.concat_tables(of_policy).take(order) for of_policy in zip(*done, strict=True)]
 
 
 def trial_rows(study: StudyContext, network: Network, trained: TrainedPolicy, trials: pa.Table) -> pa.Table:

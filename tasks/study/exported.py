@@ -32,6 +32,7 @@ def exported_episodes(home: Home, names: Sequence[str], terms: Sequence[str] | N
         stored_selection(lake, {level: row[level] for level in _LEVELS}, row["selection_id"]) for row in found
     ]
     study, pool = _opened(home, found[0])
+    pool.require_one_scene("export")
     told = ("target_offset", "scene_parameters") if pool.scene.shapes else ("target_offset",)
     return make_episodes(
         pool.robot,

@@ -74,6 +74,7 @@ def import_set(
     }
     study = open_study(StudyConfig.model_validate(merged(config.model_dump(mode="json"), decided)), home)
     (pool,) = study.pools
+    pool.require_one_scene("import")
     rows = recorded_rows(pool.robot, pool.scene, grouped, pool.settings, same_m)
     if not len(_passed(rows)):
         raise PlancurateError(

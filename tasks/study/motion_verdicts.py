@@ -10,6 +10,7 @@ import pyarrow as pa
 import torch
 
 from plancurate.errors import PlancurateError
+from plancurate.robots import Scene
 from plancurate.tasks.lake.schema import table
 from plancurate.tasks.motion.rollout import PolicyPath, policy_paths
 from plancurate.tasks.motion.timed import timed_motion
@@ -17,6 +18,7 @@ from plancurate.tasks.motion.verify import verify_motion
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.evaluations import evaluation_id, goals_at
 from plancurate.tasks.study.networks import Network, load_network, wanted_networks
+from plancurate.tasks.study.scenes import rows_by_scene
 from plancurate.tasks.study.selections import study_selections
 
 ROLLOUT, TIMING = "rollout", "timing"
@@ -59,24 +61,28 @@ def verdict_rows(study: StudyContext, pool: PoolContext, network: Network) -> li
         return []
     policy = load_network(study, network)
     positions = np.array([[test["x"], test["y"], test["z"]] for test in reached])
-    goals = goals_at(study, pool, policy, positions, [test["test_id"] for test in reached])
+    scenes = pool.scenes_of_tests([test["kind"] for test in reached], [test["target_id"] for test in reached])
+    goals = goals_at(study, pool, policy, scenes, positions, [test["test_id"] for test in reached])
     settings, dt = study.config.evaluation, pool.settings.timing.dt
-    paths = policy_paths(policy, pool.robot, pool.scene, positions, settings, dt, goals)
-    return [
-        {"evaluation_id": key, "kind": test["kind"], "test_id": test["test_id"], **verdict_on(pool, path)}
-        for test, path in zip(reached, paths, strict=True)
-    ]
+    rows = []
+    for scene, own in rows_by_scene(scenes):
+        shown = None if goals is None else goals[own]
+        paths = policy_paths(policy, pool.robot, scene, positions[own], settings, dt, shown)
+        for test, path in zip((reached[i] for i in own), paths, strict=True):
+            tested = {"evaluation_id": key, "kind": test["kind"], "test_id": test["test_id"]}
+            rows.append(tested | verdict_on(pool, scene, path))
+    return rows
 
 
-def verdict_on(pool: PoolContext, path: PolicyPath) -> dict[str, Any]:
+def verdict_on(pool: PoolContext, scene: Scene, path: PolicyPath) -> dict[str, Any]:
     """Time a policy's path as `predict` does, and say whether the robot may run it, or what is wrong first."""
     if path.reason:
         return judged(ROLLOUT, path.reason)
     try:
-        motion = timed_motion(pool.robot, pool.scene, path.path, pool.settings.timing)
+        motion = timed_motion(pool.robot, scene, path.path, pool.settings.timing)
     except PlancurateError as error:
         return judged(TIMING, str(error))
-    verdict = verify_motion(pool.robot, pool.scene, motion, payload=pool.settings.verify.payload)
+    verdict = verify_motion(pool.robot, scene, motion, payload=pool.settings.verify.payload)
     first, duration = verdict.first, float(motion.times[-1])
     return judged("", "", duration) if first is None else judged(first.check, first.sentence, duration)
 

@@ -42,9 +42,7 @@ class Network:
 def wanted_networks(study: StudyContext, selections: Sequence[WantedSelection]) -> list[Network]:
     """Return the networks that learn from these selections, policy by policy, each after every round of corrections."""
     return [
-        Network(
-            policy, selection, seed, network_id(study, selection.selection_id, policy, seed, round), round
-        )
+        Network(policy, selection, seed, network_id(study, selection, policy, seed, round), round)
         for policy in study.config.policies
         for selection in selections
         for seed in study.config.seeds
@@ -54,18 +52,20 @@ def wanted_networks(study: StudyContext, selections: Sequence[WantedSelection]) 
 
 def after_round(study: StudyContext, network: Network, round: int) -> Network:
     """Return what a network is after as many rounds of corrections."""
-    name = network_id(study, network.selection.selection_id, network.policy, network.seed, round)
+    name = network_id(study, network.selection, network.policy, network.seed, round)
     return replace(network, network_id=name, round=round)
 
 
-def network_id(study: StudyContext, selection_id: str, policy: str, seed: int, round: int = 0) -> str:
+def network_id(
+    study: StudyContext, selection: WantedSelection, policy: str, seed: int, round: int = 0
+) -> str:
     """Name a network by everything that it is trained from, in no, one or more rounds of corrections."""
-    training = study.config.training
+    training = study.pool(selection.pool).training(study.config)
     kind = training.policy(policy)
     settings = training.model_dump(mode="json", exclude={"device", "size", "policies"})
     terms = [find_term(name).revision for name in training.observation]
     revisions = [kind.revision, train.REVISION, terms]
-    content = [selection_id, seed, kind.model_dump(mode="json"), settings, revisions]
+    content = [selection.selection_id, seed, kind.model_dump(mode="json"), settings, revisions]
     if round:
         content += [round, corrections_identity(study)]
     return f"{policy}-s{seed}-{digest(content)}"
@@ -149,7 +149,7 @@ def train_networks(study: StudyContext, networks: Sequence[Network]) -> None:
         networks[0].policy,
         [data[material(network)] for network in networks],
         [network.seed for network in networks],
-        study.config.training,
+        study.pool(networks[0].selection.pool).training(study.config),
     )
     for network, result in zip(networks, trained, strict=True):
         keep(result, network_folder(study, network), study.lake.bucket)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots import Robot, Scene, load_world
+from plancurate.robots.scene_family import is_family
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.policies import TrainedPolicy
@@ -57,6 +58,7 @@ def study_policy(home: Home, choice: Choice) -> StudyPolicy:
     opened = reopened(home, study)
     network = network_of(opened, cell_of_row(row))
     pool = opened.pool(network.selection.pool)
+    pool.require_one_scene("predict")
     sources = (opened.config.robot, pool.scene_source)
     settings = predict_settings(opened, pool)
     return StudyPolicy(row, load_network(opened, network), pool.robot, pool.scene, sources, settings)
@@ -89,9 +91,10 @@ def study_world(lake: Lake, study: str, scene: str | None) -> tuple[Robot, Scene
     """Robot and scene of a study by its identifier; the scene must be named where there are several."""
     record = recorded_study(lake, study)
     config = StudyConfig.model_validate(record.config)
-    worlds = {
-        loaded.name: (robot, loaded) for robot, loaded in (load_world(config.robot, s) for s in config.scenes)
-    }
+    single = [source for source in config.scenes if not is_family(source)]
+    worlds = {scene.name: (robot, scene) for robot, scene in (load_world(config.robot, s) for s in single)}
+    if not worlds:
+        raise PlancurateError(f"study {study}: its scenes {', '.join(config.scenes)} vary, and one is needed")
     return worlds[one_scene(study, list(worlds), scene)]
 
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pyarrow as pa
 from scipy.spatial import KDTree
 
+from plancurate import native
 from plancurate.tasks.curation.pool import FloatArray, Pool, columns, load_waypoints
 from plancurate.tasks.curation.selectors.selection import select
 from plancurate.tasks.lake.schema import table
@@ -20,6 +21,7 @@ from plancurate.tasks.study.selections import study_pool
 
 PART = "all"  # of a study's pool, for the study's key says what it depends on
 BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.int64]
 
 
 def missing_references(study: StudyContext) -> list[PoolContext]:
@@ -36,9 +38,11 @@ def make_references(study: StudyContext, pool: PoolContext) -> int:
     tests = study_tests(study, pool)
     assert tests.planned is not None
     assert tests.hard is not None
+    best = best_of_targets(study, pool)
     reached = {
         PLANNER: tests.planned,
-        REPLAY: replayed(best_of_targets(study, pool), tests.position, study.config.evaluation.reach_m),
+        REPLAY: replayed(best, tests.position, study.config.evaluation.reach_m)
+        & free_there(study, pool, best, tests),
         STRAIGHT_LINE: ~tests.hard,
     }
     rows = pa.concat_tables([reference_rows(name, tests, success) for name, success in reached.items()])
@@ -75,11 +79,30 @@ def rows_of(pool: Pool, ids: list[str]) -> pa.Table:
     return pool.candidates.take([number[name] for name in ids])
 
 
+def nearest_of(best: pa.Table, positions: FloatArray) -> IntArray:
+    """Which of the best trajectories leads to the training target nearest to each of positions (t, 3), m."""
+    return np.asarray(KDTree(columns(best, ("target_x", "target_y", "target_z"))).query(positions)[1])
+
+
 def replayed(best: pa.Table, positions: FloatArray, reach_m: float) -> BoolArray:
     """Whether the best trajectory to the nearest training target ends within `reach_m` of positions (t, 3), m."""
-    nearest = KDTree(columns(best, ("target_x", "target_y", "target_z"))).query(positions)[1]
-    ends = columns(best, ("tool_x", "tool_y", "tool_z"))[nearest]
+    ends = columns(best, ("tool_x", "tool_y", "tool_z"))[nearest_of(best, positions)]
     return np.asarray(np.linalg.norm(ends - positions, axis=1) < reach_m)
+
+
+def free_there(
+    study: StudyContext, pool: PoolContext, best: pa.Table, tests: TargetsUnderTest
+) -> BoolArray | np.bool_:
+    """Whether the trajectory that is replayed is free in each test's scene; it is where all share one."""
+    if pool.family is None:
+        return np.True_
+    ids = best["trajectory_id"].take(nearest_of(best, tests.position)).to_pylist()
+    path = dict(zip(ids, load_waypoints(study.lake, pool.partition, ids), strict=True))
+    scenes = pool.scenes_of_tests(tests.kind, tests.target_id.tolist())
+    resolution = study.config.evaluation.resolution
+    edges = [(scene.native, path[name][:-1], path[name][1:]) for scene, name in zip(scenes, ids, strict=True)]
+    free = [native.edge_is_free(pool.robot.native, *edge, resolution).all() for edge in edges]
+    return np.array(free, dtype=bool)
 
 
 def reference_rows(reference: str, tests: TargetsUnderTest, success: BoolArray) -> pa.Table:

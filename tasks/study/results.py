@@ -29,7 +29,7 @@ from plancurate.tasks.study.selection_rows import (
 from plancurate.tasks.study.studies import Study, recorded_study
 from plancurate.tasks.study.trial_results import Kind, KindResults, in_order, kind_results, network_rows
 
-KINDS: tuple[Kind, ...] = ("unseen", "displaced")  # the more telling one first
+KINDS: tuple[Kind, ...] = ("unseen", "unseen_scene", "displaced")  # the more telling one first
 
 
 @dataclass(frozen=True)
@@ -104,6 +104,9 @@ def _results(lake: Lake, study: str) -> StudyResults:
 
 
 def headline_networks(lake: Lake, study: str) -> list[ResultRow]:
-    """Result rows of a study's networks on the kind of test for headlines, without anything that takes time."""
-    rows = (network_rows(lake, study, kind) for kind in KINDS)
-    return next(filter(None, rows), [])
+    """Result rows of a study's networks, of each pool on the first kind of test that it has; nothing takes time."""
+    found: list[ResultRow] = []
+    for kind in KINDS:
+        known = {row.group for row in found}
+        found += [row for row in network_rows(lake, study, kind) if row.group not in known]
+    return found

@@ -98,7 +98,7 @@ class ResultRow(Row):
     """A policy trained on one selection with one seed, on one kind of test; Wilson's intervals."""
 
     kind: str
-    """'unseen' or 'displaced'."""
+    """'unseen', 'unseen_scene' or 'displaced'."""
     policy: str
     seed: int
     selection_seed: int

@@ -37,7 +37,8 @@ def extreme_shots(study: StudyContext, pool: PoolContext) -> list[Shot]:
         for row, path, colour in zip(rows, paths, (GOOD, BAD), strict=True)
     ]
     words = [f"{which} score to target {known[widest]}" for which in ("best", "worst")]
-    return [Shot(pool.robot, pool.scene, (run,), title=title) for run, title in zip(runs, words, strict=True)]
+    (scene,) = pool.scenes_of_targets([int(known[widest])])
+    return [Shot(pool.robot, scene, (run,), title=title) for run, title in zip(runs, words, strict=True)]
 
 
 def kept_shot(study: StudyContext, pool: PoolContext, cell: Cell) -> Shot:

@@ -86,8 +86,9 @@ def tested_shot(study: StudyContext, pool: PoolContext, row: Mapping[str, Any]) 
     cell: NetworkCell = (pool.scene.name, pool.label, *(row[name] for name in heads))
     policy = load_network(study, network_of(study, cell))
     position, settings = np.array([row["x"], row["y"], row["z"]]), study.config.evaluation
-    goals = goals_at(study, pool, policy, position[None], [row["test_id"]])
+    scenes = pool.scenes_of_tests([row["kind"]], [row["target_id"]])
+    goals = goals_at(study, pool, policy, scenes, position[None], [row["test_id"]])
     dt = pool.settings.timing.dt
-    run = rollout_run(policy, pool.robot, pool.scene, position, settings, dt, goals)
+    run = rollout_run(policy, pool.robot, scenes[0], position, settings, dt, goals)
     title = f"{row['policy']} on {label(row['selector'], row['budget'])}"
-    return Shot(pool.robot, pool.scene, (run,), title=title)
+    return Shot(pool.robot, scenes[0], (run,), title=title)

@@ -47,6 +47,7 @@ def wanted_selections(study: StudyContext, pool: PoolContext, loaded: Pool) -> l
             pool.pool, loaded.hash, choice, budget, seed, wanted_id(loaded, choice, budget, seed, learning)
         )
         for choice in study.config.selectors
+        if applies(choice, pool)
         for budget in budgets(choice, study.config.budgets)
         for seed in selection_seeds(choice, study.config.selection_seeds)
     ]
@@ -57,6 +58,11 @@ def study_selections(study: StudyContext) -> list[WantedSelection]:
     return [
         wanted for pool in study.pools for wanted in wanted_selections(study, pool, study_pool(study, pool))
     ]
+
+
+def applies(choice: SelectorChoice, pool: PoolContext) -> bool:
+    """Say whether a selector can select from a pool: those that roll out, train or time do so in one scene."""
+    return pool.family is None or not choice.selector.uses
 
 
 def budgets(choice: SelectorChoice, asked: tuple[int, ...]) -> tuple[int | None, ...]:

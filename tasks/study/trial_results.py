@@ -27,7 +27,7 @@ from plancurate.tasks.study.statistics import wilson_interval
 from plancurate.tasks.study.success_results import Published, distance_rows, policy_rows, summary_rows
 from plancurate.tasks.study.trials import Bootstrap, network_trials
 
-Kind = Literal["displaced", "unseen"]
+Kind = Literal["displaced", "unseen", "unseen_scene"]
 MEASURES = ("final_distance", "settled_distance", "path_length", "joint_movement")
 RowT = TypeVar("RowT", bound=Row)
 

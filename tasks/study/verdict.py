@@ -20,6 +20,7 @@ from plancurate.tasks.study.selection_rows import PoolRow
 
 TESTS = {
     "unseen": "tests at targets that no policy was trained on",
+    "unseen_scene": "tests in scenes that no policy was trained in",
     "displaced": "tests at targets up to 5 cm from a trained one",
 }
 NAMED = 4

@@ -11,6 +11,7 @@ from plancurate.tasks.candidates.path_classes import label_paths
 from plancurate.tasks.curation.pool import waypoint_arrays
 from plancurate.tasks.lake.schema import table
 from plancurate.tasks.study.context import PoolContext, StudyContext
+from plancurate.tasks.study.scenes import rows_by_scene
 
 BLOCK = 16  # targets that one task run labels and one file of the lake holds
 
@@ -51,10 +52,15 @@ def label_ways(study: StudyContext, block: Block) -> int:
     )
     found = runs.filter(runs["q"].is_valid())
     targets = found["target_id"].to_pylist()
-    labels = label_paths(pool.robot, pool.scene, waypoint_arrays(found["q"]), targets)
-    way = dict(zip(found["trajectory_id"].to_pylist(), labels, strict=True))
+    names, paths = found["trajectory_id"].to_pylist(), waypoint_arrays(found["q"])
+    way: dict[str, str] = {}
+    for scene, rows in rows_by_scene(pool.scenes_of_targets(targets)):
+        labels = label_paths(pool.robot, scene, [paths[i] for i in rows], [targets[i] for i in rows])
+        way |= zip([names[i] for i in rows], labels, strict=True)
     ways = pa.array([way.get(name) for name in runs["trajectory_id"].to_pylist()], pa.string())
-    rows = runs.select(["trajectory_id", "target_id"]).append_column("way", ways).cast(table("ways").schema)
+    labelled = (
+        runs.select(["trajectory_id", "target_id"]).append_column("way", ways).cast(table("ways").schema)
+    )
     partition = {**pool.partition, "labelling": study.labelling}
-    study.lake.write("ways", partition, block.label, rows, pool.metadata)
-    return len(labels)
+    study.lake.write("ways", partition, block.label, labelled, pool.metadata)
+    return len(way)

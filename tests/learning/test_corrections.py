@@ -166,7 +166,7 @@ def steps_of(robot: Robot, *lengths: int) -> Demonstrations:
 @pytest.mark.parametrize("most", [0.2, 0.5])
 def test_corrections_are_never_more_than_their_share_of_what_is_drawn(robot: Robot, most: float) -> None:
     data = steps_of(robot, 10, 10, 30, 50)
-    limited = limited_share(data, 2, most)
+    limited = limited_share(data, np.array([False, False, True, True]), most)
     kind, settings = make_policy("BC_MLP", {}), TrainSettings()
     norm = normaliser(limited, "delta")
     batches = Batches(kind, [limited], [norm], [0], "delta", settings.window, torch.device("cpu"))
@@ -177,5 +177,5 @@ def test_corrections_are_never_more_than_their_share_of_what_is_drawn(robot: Rob
 
 def test_corrections_below_their_share_are_drawn_like_all_others(robot: Robot) -> None:
     data = steps_of(robot, 30, 50, 10)
-    assert limited_share(data, 2, 0.2) is data
-    assert limited_share(data, 3, 0.2) is data
+    assert limited_share(data, np.array([False, False, True]), 0.2) is data
+    assert limited_share(data, np.zeros(3, dtype=bool), 0.2) is data

@@ -291,7 +291,7 @@ def test_displaced_tests_that_no_planner_reaches_are_left_out_and_the_others_kee
     near = Target(1, np.array([0.75, -0.13, 1.14]), NONE)
     settings = GenerateSettings()
     tests = join_tests(displaced_tests([far, near], 3), unseen_tests([far, near]))
-    kept = reachable_tests(tests, robot, scene, settings, seed=3)
+    kept = reachable_tests(tests, robot, [scene] * len(tests), settings, seed=3)
     assert kept.test_id.tolist() == list(range(16, 34))
     np.testing.assert_array_equal(kept.position, tests.position[16:])
     assert kept.target_id.tolist() == [1] * 16 + [0, 1]
@@ -305,7 +305,7 @@ def test_displaced_tests_that_no_planner_reaches_are_left_out_and_the_others_kee
 def test_a_test_is_hard_where_the_straight_line_to_the_nearest_goal_is_not_free(robot: Robot) -> None:
     table, settings = load_scene("table"), GenerateSettings()
     targets = sample_targets(robot, table, settings.targets, 0, 12)
-    found = reachable_tests(unseen_tests(targets), robot, table, settings, seed=8).hard
+    found = reachable_tests(unseen_tests(targets), robot, [table] * len(targets), settings, seed=8).hard
     assert found is not None
     expected = []
     for target in targets:  # its goals come from another draw

@@ -44,8 +44,12 @@ def robot(tmp_path: Path) -> Path:
 
 
 def network_of_no_data(study: StudyContext) -> Network:
-    selection = WantedSelection(study.pools[0].pool, "pool", study.config.selectors[0], 20, 0, "selection")
-    return Network("BC_MLP", selection, 0, network_id(study, "selection", "BC_MLP", 0))
+    selection = wanted(study)
+    return Network("BC_MLP", selection, 0, network_id(study, selection, "BC_MLP", 0))
+
+
+def wanted(study: StudyContext, selection_id: str = "selection") -> WantedSelection:
+    return WantedSelection(study.pools[0].pool, "pool", study.config.selectors[0], 20, 0, selection_id)
 
 
 def opened(scene: Path, robot: Path, **fields: Any) -> StudyContext:
@@ -184,11 +188,12 @@ def test_a_network_is_named_by_what_it_is_trained_with(
     scene: Path, robot: Path, change: Change, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     study = opened(scene, robot)
-    before = network_id(study, "selection", "BC_MLP", 0)
-    assert network_id(opened(scene, robot, training={"clip": 0.5}), "selection", "BC_MLP", 0) != before
-    assert network_id(study, "other", "BC_MLP", 0) != before
+    before = network_id(study, wanted(study), "BC_MLP", 0)
+    other = opened(scene, robot, training={"clip": 0.5})
+    assert network_id(other, wanted(other), "BC_MLP", 0) != before
+    assert network_id(study, wanted(study, "other"), "BC_MLP", 0) != before
     change(monkeypatch)
-    assert network_id(study, "selection", "BC_MLP", 0) != before
+    assert network_id(study, wanted(study), "BC_MLP", 0) != before
 
 
 ROUNDS: dict[str, Any] = {"training": {"demonstration_steps": "arc"}, "corrections": {"rounds": 2}}
@@ -198,7 +203,7 @@ def test_a_corrected_network_is_named_by_its_round_and_by_how_it_is_corrected(
     scene: Path, robot: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def names(study: StudyContext) -> list[str]:
-        return [network_id(study, "selection", "BC_MLP", 0, round) for round in range(3)]
+        return [network_id(study, wanted(study), "BC_MLP", 0, round) for round in range(3)]
 
     study = opened(scene, robot, **ROUNDS)
     before = names(study)

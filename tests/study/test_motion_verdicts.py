@@ -27,7 +27,7 @@ def path(pool: PoolContext, turn: list[float], reason: str = "") -> PolicyPath:
 
 
 def test_a_free_path_becomes_a_motion_that_passes(pool: PoolContext) -> None:
-    found = verdict_on(pool, path(pool, AROUND))
+    found = verdict_on(pool, pool.scene, path(pool, AROUND))
     assert (found["passed"], found["failed_check"], found["reason"]) == (True, "", "")
     # 0.9 rad from rest to rest: longer than at the greatest acceleration throughout, and not for ever.
     least = 2 * np.sqrt(0.9 / pool.robot.acceleration[0])
@@ -35,9 +35,9 @@ def test_a_free_path_becomes_a_motion_that_passes(pool: PoolContext) -> None:
 
 
 def test_a_path_that_can_t_run_says_at_what_it_fails(pool: PoolContext) -> None:
-    blocked = verdict_on(pool, path(pool, INTO_THE_POST))
+    blocked = verdict_on(pool, pool.scene, path(pool, INTO_THE_POST))
     assert (blocked["passed"], blocked["failed_check"], blocked["duration"]) == (False, "timing", None)
     assert blocked["reason"].startswith("not timed: ")
     assert "collides" in blocked["reason"]
-    missed = verdict_on(pool, path(pool, AROUND, "came no nearer than 0.080 m"))
+    missed = verdict_on(pool, pool.scene, path(pool, AROUND, "came no nearer than 0.080 m"))
     assert (missed["failed_check"], missed["reason"]) == ("rollout", "came no nearer than 0.080 m")
