@@ -32,7 +32,9 @@ def curate(config: SelectionsConfig, home: str = "") -> None:
     record_study(study)
     for pool in study.pools:
         if left_out := [choice.label for choice in config.selectors if not applies(choice, pool)]:
-            tell(f"  scene {pool.title}: not by {', '.join(left_out)}; who rolls out, trains or times does so in one scene")
+            tell(
+                f"  scene {pool.title}: not by {', '.join(left_out)}, which roll out, train or time in one scene"
+            )
     with stage("curate", len(wanted), "selections") as bar:
         calls = ((reference(study), selection, selection.title) for selection in wanted)
         # Side by side they would lengthen each other's selection time.
