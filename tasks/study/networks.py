@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from uuid import uuid4
 
@@ -117,13 +118,17 @@ def load_network(study: StudyContext, network: Network) -> TrainedPolicy:
 
 
 def groups(networks: Sequence[Network]) -> list[tuple[Network, ...]]:
-    """Return networks in groups to be worked on together: one policy and pool, at most GROUP, about equal."""
+    """Return networks in groups to be worked on together: one policy and pool, at most GROUP, about equal.
+
+    Neighbours stay together, for they mostly learn from the same selection, whose demonstrations are then built once.
+    """
     kinds = dict.fromkeys((network.policy, network.selection.pool) for network in networks)
     result: list[tuple[Network, ...]] = []
     for kind in kinds:
         own = [n for n in networks if (n.policy, n.selection.pool) == kind]
         count = -(-len(own) // GROUP)
-        result += [tuple(own[i::count]) for i in range(count)]
+        ends = [len(own) * i // count for i in range(count + 1)]
+        result += [tuple(own[begin:end]) for begin, end in pairwise(ends)]
     return result
 
 
