@@ -5,6 +5,7 @@
 Plans in four scenes with the ingredients (orientation tolerance, clearance while planning, goals that continue each
 other's) and without each, trains BC_MLP on selections with and without arc steps, the goal term and corrections, and
 rolls out on unseen targets of the same seed: in all, and on the hard ones, whose straight joint line is not free.
+clearance_labels.py has what corrections are compared with.
 A picture shows a rollout that fails without an ingredient beside the one that succeeds with it.
 """
 
@@ -16,10 +17,10 @@ import subprocess
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field
-from functools import cache
+from functools import cache, partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,7 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 import torch
+from clearance_labels import trained_hinged, trained_nearby
 
 from plancurate.errors import PlancurateError
 from plancurate.robots.shapes import BoolArray, FloatArray
@@ -46,7 +48,7 @@ from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
 from plancurate.tasks.study.corrections import make_corrections, missing_corrections
 from plancurate.tasks.study.networks import is_trained, load_network, train_networks, wanted_networks
-from plancurate.tasks.study.selections import study_selections
+from plancurate.tasks.study.selections import WantedSelection, study_selections
 
 CONFIG = Path(__file__).with_name("hard_scenes.yaml")
 OURS, EVERYTHING = "ModeConsistent", "everything"
@@ -67,6 +69,8 @@ class Row:
     """Of corrections."""
     drawn_goals: bool = False
     """Whether the goal of a test is the nearest of drawn solutions, instead of continued from its neighbours'."""
+    otherwise: Callable[[StudyContext, PoolContext, WantedSelection], list[TrainedPolicy]] | None = None
+    """What trains the networks, if not the study's own training; the home keeps nothing of it."""
 
 
 ROWS = {
@@ -89,6 +93,9 @@ ROWS = {
     "128 targets": Row(targets=128),
     "one round of corrections": Row(rounds=1),
     "two rounds of corrections": Row(rounds=2),
+    "states near demonstrations": Row(otherwise=partial(trained_nearby, push=False)),
+    "labels pushed out of collision": Row(otherwise=partial(trained_nearby, push=True)),
+    "hinge on clearance": Row(otherwise=trained_hinged),
 }
 
 
@@ -185,12 +192,14 @@ def opened(scene: str, row: str, home: Path, seeds: int) -> tuple[StudyContext, 
 
 
 def networks_of(study: StudyContext, pool: PoolContext, row: str) -> list[TrainedPolicy]:
-    """The networks of a row after their last round of corrections, one a seed; trains those that the home lacks."""
+    """The networks of a row after their last round of corrections, one a seed; trains what the home lacks."""
     selections = [
         one
         for one in study_selections(study)
         if (one.pool, one.choice.label) == (pool.pool, ROWS[row].selector)
     ]
+    if train_otherwise := ROWS[row].otherwise:
+        return train_otherwise(study, pool, selections[0])
     networks = wanted_networks(study, selections)
     for number in range(ROWS[row].rounds + 1):
         missing = [n for n in networks if n.round == number and not is_trained(study, n)]
@@ -256,7 +265,8 @@ def interval(outcomes: BoolArray) -> tuple[float, float, float]:
 
 def draw(scene: str, row: str, home: Path, folder: Path) -> None:
     """Picture a test at which the network without an ingredient collides and the one with it arrives, if any."""
-    pair = (EVERYTHING, row) if ROWS[row].rounds else (row, EVERYTHING)
+    added = ROWS[row].rounds or ROWS[row].otherwise
+    pair = (EVERYTHING, row) if added else (row, EVERYTHING)
     tests = tests_of(scene, home)
     worse, better = (tried(scene, name, home, tests) for name in pair)
     found = np.flatnonzero((worse.failure == COLLIDED) & (better.failure == ""))

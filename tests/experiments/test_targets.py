@@ -19,6 +19,8 @@ SCRIPTS = {
 }  # each script with the configuration that it reads, and reads alone
 MEASURING = {"authors", "predictions", "verifier"}
 """Experiments by which no setting is chosen: they measure what stands."""
+PARTS = {"clearance_labels": "hard_scenes"}
+"""Modules that read no targets of their own, each with the script that gives them some."""
 
 
 def seeds(config: StudyConfig) -> set[int]:
@@ -28,7 +30,14 @@ def seeds(config: StudyConfig) -> set[int]:
 
 
 def test_every_experiment_is_listed_here() -> None:
-    assert {path.stem for path in EXPERIMENTS.glob("*.py")} == SCRIPTS.keys() | MEASURING
+    assert {path.stem for path in EXPERIMENTS.glob("*.py")} == SCRIPTS.keys() | MEASURING | PARTS.keys()
+
+
+@pytest.mark.parametrize("module", PARTS)
+def test_a_part_of_an_experiment_opens_no_configuration_or_targets(module: str) -> None:
+    assert f"from {module} import" in (EXPERIMENTS / f"{PARTS[module]}.py").read_text()
+    text = (EXPERIMENTS / f"{module}.py").read_text()
+    assert not [name for name in ("load_config", "sample_targets", ".yaml", "unseen_tests") if name in text]
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
