@@ -24,6 +24,7 @@ COLLECTED = "PLANCURATE_CLAIMS"  # names the file that rows are added to
 PROGRAMS: dict[str, tuple[str, ...]] = {
     "state_checks": ("--targets", "1"),
     "planners": (),
+    "panda": ("--targets", "10", "--runs", "4"),
     "playback": ("--targets", "3"),
     "generate": ("--targets", "6", "--repeats", "1"),
     "curation": ("--candidates", "1000000"),

@@ -1,10 +1,9 @@
-"""Milliseconds of a plan and state checks a second of each planner, and plan and simplify on the Panda.
+"""Milliseconds of a plan and state checks a second of each planner.
 
     python benchmarks/planners.py [--scene table] [--problems 8] [--seconds 1.5]
 
 Goals of the problems are found beforehand: what is timed is the native call alone, by processor time in one thread.
-Claimed: four million state checks a second of PRMstar. VAMP (Thomason, Kingston and Kavraki 2024) plans for the Panda
-as well; its published median, of other problems on another machine, is printed beside RRTConnect's.
+Claimed: four million state checks a second of PRMstar.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ import argparse
 import statistics
 import time
 
-import numpy as np
 from claims import state
 
 from plancurate import native
@@ -25,14 +23,11 @@ from plancurate.tasks.candidates.sources.ompl import run_planner
 from plancurate.tasks.candidates.targets import sample_targets
 
 CHECKS_WISHED = 4e6  # a second, of PRMstar
-VAMP_US = (
-    35.0  # its README: median of RRT-Connect on MotionBenchMaker's problems of the Panda, one desktop core
-)
 SETTINGS = GenerateSettings(plan=PlanSettings(simplification="off"))
 
 
 def main() -> None:
-    """Print a line for each planner, then the Panda's."""
+    """Print a line for each planner."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -51,29 +46,6 @@ def main() -> None:
         )
         if info.name == "PRMstar":
             state("state checks of PRMstar while it plans", "1/s", rate, "limit", CHECKS_WISHED)
-    panda(asked.scene, asked.problems, asked.seconds)
-
-
-def panda(scene_name: str, count: int, seconds: float) -> None:
-    """Plan and simplify for the Panda by RRTConnect."""
-    robot, scene, goals = problems("panda", scene_name, count)
-    runs = [
-        (result, s) for result, s in plans("RRTConnect", robot, scene, goals, seconds) if len(result.path)
-    ]
-    simplified = [timed_simplify(robot, scene, result.path) for result, _ in runs[:200]]
-    plan_us, simplify_us = 1e6 * statistics.median(s for _, s in runs), 1e6 * statistics.median(simplified)
-    print(
-        f"panda, RRTConnect: plan {plan_us:.0f} us, simplify {simplify_us:.0f} us; VAMP published {VAMP_US:g} us"
-    )
-    state(
-        "plan of RRTConnect for the Panda",
-        "us",
-        plan_us,
-        "VAMP, published",
-        VAMP_US,
-        wished=None,
-        less_is_better=True,
-    )
 
 
 def problems(robot_name: str, scene_name: str, count: int) -> tuple[Robot, Scene, list[FloatArray]]:
@@ -99,15 +71,6 @@ def plans(
         )
         runs.append((result, time.process_time() - start))
     return runs
-
-
-def timed_simplify(robot: Robot, scene: Scene, path: FloatArray) -> float:
-    """Processor time of shortening and smoothing a path, s."""
-    start = time.process_time()
-    native.simplify(
-        robot.native, scene.native, np.ascontiguousarray(path), seed=0, resolution=SETTINGS.plan.resolution
-    )
-    return time.process_time() - start
 
 
 if __name__ == "__main__":

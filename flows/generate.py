@@ -27,6 +27,8 @@ from plancurate.tasks.study.context import StudyContext, StudyRef, reference
 from plancurate.tasks.study.pools import study_pools
 from plancurate.tasks.study.records import record_study
 
+TIMEOUT_S = 3600  # of one part
+
 
 @flow(name="generate", flow_run_name="generate {config.name}")
 def generate(config: PoolConfig, home: str = "") -> None:
@@ -75,7 +77,8 @@ def plan_all(study: StudyContext, parts: list[Part]) -> None:
             2 * config.workers if threads else config.workers
         )  # one plans while another is played back
         run_all(
-            plan,
+            # In a thread a timeout interrupts nothing, but costs two threads and a warning in the log of each run.
+            plan if threads else plan.with_options(timeout_seconds=TIMEOUT_S),
             calls,
             in_flight,
             lambda planned: bar.advance(planned.runs, planned.failed),
@@ -95,7 +98,6 @@ def say_what_pools_are_worth(study: StudyContext) -> None:
     retries=2,
     retry_delay_seconds=1,
     retry_condition_fn=is_transient,
-    timeout_seconds=3600,
     cache_policy=NO_CACHE,
     persist_result=False,
 )

@@ -25,6 +25,8 @@ public:
 
     const Point& centre(int i) const { return poses_[i].t; }
 
+    Point ball_centre(int frame) const { return apply(frames_[frame], robot_->balls[frame].centre); }
+
     const Transform<Floats>& pose(int i) {
         if (!has_axes_[i]) {
             const Transform<float>& local = robot_->shapes[i].shape.pose;

@@ -75,8 +75,45 @@ void add_shapes(const RobotTable& table, Robot& robot) {
     const auto note = [&robot](std::int32_t shape) {
         robot.shape_joints = std::max(robot.shape_joints, robot.shapes[shape].frame);
     };
-    for (const auto& pair : robot.pairs) std::for_each(pair.begin(), pair.end(), note);
-    std::for_each(robot.scene_shapes.begin(), robot.scene_shapes.end(), note);
+    for (const auto& pair : table.pairs) std::for_each(pair.begin(), pair.end(), note);
+    std::for_each(table.scene_shapes.begin(), table.scene_shapes.end(), note);
+}
+
+// The order of checks stays the table's, so that grouping changes no result.
+void add_checks(const RobotTable& table, Robot& robot) {
+    for (const auto& [shape, other] : table.pairs) {
+        const int frame = robot.shapes[other].frame;
+        auto& checks = robot.self_checks;
+        if (checks.empty() || checks.back().shape != shape || checks.back().others.frame != frame)
+            checks.push_back({shape, {frame, {}}});
+        checks.back().others.shapes.push_back(other);
+    }
+    for (const std::int32_t shape : table.scene_shapes) {
+        const int frame = robot.shapes[shape].frame;
+        auto& groups = robot.scene_groups;
+        if (groups.empty() || groups.back().frame != frame) groups.push_back({frame, {}});
+        groups.back().shapes.push_back(shape);
+    }
+}
+
+// The middle of the shapes' own bounding spheres, and the distance that the farthest of them reaches from there.
+Ball ball_of(const Robot& robot, int frame) {
+    constexpr float kFar = std::numeric_limits<float>::max();
+    Vec3<float> lower{kFar, kFar, kFar}, upper{-kFar, -kFar, -kFar};
+    for (const AttachedShape& attached : robot.shapes) {
+        if (attached.frame != frame) continue;
+        const Vec3<float>& t = attached.shape.pose.t;
+        const float r = attached.shape.bounding;
+        lower = {std::min(lower.x, t.x - r), std::min(lower.y, t.y - r), std::min(lower.z, t.z - r)};
+        upper = {std::max(upper.x, t.x + r), std::max(upper.y, t.y + r), std::max(upper.z, t.z + r)};
+    }
+    Ball ball{(lower + upper) * 0.5f, 0};
+    for (const AttachedShape& attached : robot.shapes) {
+        if (attached.frame != frame) continue;
+        const Vec3<float> away = attached.shape.pose.t - ball.centre;
+        ball.radius = std::max(ball.radius, std::sqrt(dot(away, away)) + attached.shape.bounding);
+    }
+    return ball;
 }
 
 // Each joint multiplies by a rotation known to a few units in the last place and adds a translation; the
@@ -104,10 +141,10 @@ Robot make_robot(const RobotTable& table) {
     robot.dof = static_cast<int>(table.origins.size());
     robot.lower = table.lower;
     robot.upper = table.upper;
-    robot.pairs = table.pairs;
-    robot.scene_shapes = table.scene_shapes;
     add_joints(table, robot);
     add_shapes(table, robot);
+    add_checks(table, robot);
+    for (int frame = 0; frame <= robot.dof; ++frame) robot.balls.push_back(ball_of(robot, frame));
     robot.rounding = rounding_bound(robot);
     return robot;
 }

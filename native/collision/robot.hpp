@@ -22,6 +22,24 @@ struct AttachedShape {
     int frame;  // 0 the base, i + 1 the frame that moves with joint i
 };
 
+// Shapes on one frame that follow each other in the order of checks.
+struct ShapeGroup {
+    int frame;
+    std::vector<std::int32_t> shapes;
+};
+
+// One shape and a group that it is checked against.
+struct SelfChecks {
+    std::int32_t shape;
+    ShapeGroup others;
+};
+
+// The sphere about all shapes on a frame: whatever keeps apart from it keeps apart from each of them.
+struct Ball {
+    Vec3<float> centre;
+    float radius;
+};
+
 // A robot as users give it; joints may have any axis.
 struct RobotTable {
     std::vector<Transform<double>> origins;
@@ -48,10 +66,11 @@ struct Robot {
     Transform<double> tool;  // last internal moving frame -> tool
 
     std::vector<AttachedShape> shapes;
-    std::vector<std::array<std::int32_t, 2>> pairs;  // shapes checked against each other
-    std::vector<std::int32_t> scene_shapes;          // shapes checked against the scene
-    int shape_joints = 0;                            // joints that move some shape: the first so many
-    float rounding = 0;                              // m, bound on how far single precision misplaces a shape
+    std::vector<Ball> balls;               // one a frame
+    std::vector<SelfChecks> self_checks;   // shapes checked against each other
+    std::vector<ShapeGroup> scene_groups;  // shapes checked against the scene
+    int shape_joints = 0;                  // joints that move some shape: the first so many
+    float rounding = 0;                    // m, bound on how far single precision misplaces a shape
 };
 
 // Throws std::invalid_argument that names the row and says what is wrong.

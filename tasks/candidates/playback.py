@@ -54,7 +54,12 @@ def verify(robot: Robot, scene: Scene, q: FloatArray, dt: float, settings: Verif
     """
     if q.ndim != 2 or q.shape[0] < 2 or q.shape[1] != robot.dof:
         raise ValueError(f"q has shape {q.shape}; (waypoints, at least 2, {robot.dof}) is needed")
-    played = play(robot, scene, np.asarray(q, dtype=np.float64), dt, settings)
+    q = np.asarray(q, dtype=np.float64)
+    return judge(robot, q, dt, play(robot, scene, q, dt, settings), settings)
+
+
+def judge(robot: Robot, q: FloatArray, dt: float, played: Playback, settings: VerifySettings) -> Verification:
+    """Say of waypoints `q` (m,n) that follow each other by `dt` seconds, and were played, whether both are fine."""
     tools = native.fk(robot.native, np.stack([played.q[-1], played.wanted[-1]]))[:, :3, 3]
     tracking = float(np.abs(played.q - played.wanted).max())
     final = float(np.linalg.norm(tools[0] - tools[1]))

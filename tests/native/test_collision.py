@@ -31,6 +31,31 @@ def test_a_margin_refuses_what_is_nearer(build, seed, margin):
     assert np.all(free[clearance > margin + 1e-3])
 
 
+@given(seed=seeds)
+@settings(deadline=None, max_examples=40)
+def test_shapes_of_one_link_get_together_the_answer_that_each_gets_alone(build, seed):
+    rng = np.random.default_rng(seed)
+    joints, frames = build.random_joints(rng, 3), [1] * 5 + [3] * 5
+    shapes = [
+        (kind, build.random_pose(rng, 0.3), build.random_size(rng, kind)) for kind in rng.integers(4, size=10)
+    ]
+    shapes = [(kind, pose, np.multiply(size, 0.3)) for kind, pose, size in shapes]
+    obstacles = [(BOX, build.random_pose(rng, 1.0), (0.1, 0.2, 0.3)) for _ in range(3)]
+    scene = build.make_scene(obstacles, ground=-0.6, margin=0.01)
+    pairs = [(i, j) for i in range(5) for j in range(5, 10)]
+    q = build.random_states(rng, joints, 64)
+
+    def answers(**checked):
+        robot = native.Robot(**build.robot_arrays(joints=joints, shapes=shapes, frames=frames, **checked))
+        return native.is_free(robot, scene, q), native.clearance(robot, scene, q)
+
+    free, clearance = answers(pairs=pairs, scene_shapes=range(10))
+    alone = [answers(pairs=[pair]) for pair in pairs] + [answers(scene_shapes=[i]) for i in range(10)]
+    np.testing.assert_array_equal(free, np.all([each for each, _ in alone], axis=0))
+    nearest = np.min([each for _, each in alone], axis=0)
+    np.testing.assert_allclose(np.maximum(clearance, 0), np.maximum(nearest, 0), atol=2e-5)
+
+
 def test_shapes_that_touch_exactly_are_not_free(build):
     box = (BOX, np.eye(4), (0.1, 0.1, 0.1))
     robot, scene = build.free_body(box), build.make_scene([box])
