@@ -83,7 +83,7 @@ class Recipe:
 
 
 ROWS: dict[str, Recipe] = {
-    "everything": Recipe(rounds=2),
+    "everything": Recipe(rounds=3),
     "joint angles and target, too": Recipe((*ABSOLUTE, *FELT)),
     "no clearances by detours": Recipe((AROUND, AHEAD)),
     "no clearances ahead": Recipe((AROUND, DETOURED)),

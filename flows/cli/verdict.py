@@ -22,9 +22,9 @@ def show_results(study: StudyContext) -> None:
         for sentence in verdict.sentences[1:]:
             output.print(sentence, markup=False, highlight=False)
     output.print()
-    show_table(results.headline)
-    if results.headline.kind == "unseen" and UNSEEN_SCENE in results.tests:
-        show_table(results.on(UNSEEN_SCENE))
+    for kind in dict.fromkeys((results.headline.kind, UNSEEN_SCENE)):
+        if kind in results.tests:
+            show_table(results.tests[kind])
     for what, where in (
         ("report", f"{study.home.reports / study.study / 'index.html'}"),
         ("lake", 'plancurate sql "SELECT * FROM evaluations LIMIT 5"'),

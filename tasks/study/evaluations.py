@@ -11,13 +11,14 @@ import torch
 
 from plancurate.robots import Scene
 from plancurate.tasks.candidates.target_table import stored_targets
-from plancurate.tasks.candidates.targets import sample_target, sample_targets
+from plancurate.tasks.candidates.targets import sample_target
 from plancurate.tasks.learning import rollouts, training_goals
 from plancurate.tasks.learning.observations import goal_terms
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.test_targets import (
     UNSEEN_SCENE,
     TargetsUnderTest,
+    UnseenKind,
     displaced_tests,
     join_tests,
     reachable_tests,
@@ -38,8 +39,13 @@ UNSEEN_SEED_OFFSET = 1_000_003  # unseen targets come from another seed than the
 def study_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
     """Return a pool's tests: training targets displaced, where a planner reaches them, and fresh targets if asked."""
     tests = drawn_tests(study, pool)
-    scenes = pool.scenes_of_tests(tests.kind, tests.target_id.tolist())
-    return reachable_tests(tests, pool.robot, scenes, pool.settings, study.config.evaluation.seed)
+    seed = study.config.evaluation.seed
+    return reachable_tests(tests, pool.robot, tested_scenes(pool, tests), pool.settings, seed)
+
+
+def tested_scenes(pool: PoolContext, tests: TargetsUnderTest) -> list[Scene]:
+    """Return the scene that each test of a pool lies in."""
+    return pool.scenes_of_tests(tests.kind, tests.target_id.tolist())
 
 
 def goals_at(
@@ -66,8 +72,7 @@ def network_goals(
 ) -> FloatArray | None:
     """Return goal configurations (networks, tests, n) by what each network was shown; None where no term needs any."""
     tests = study_tests(study, pool)
-    scenes = pool.scenes_of_tests(tests.kind, tests.target_id.tolist())
-    numbers = tests.test_id.tolist()
+    scenes, numbers = tested_scenes(pool, tests), tests.test_id.tolist()
     goals = [goals_at(study, pool, policy, scenes, tests.position, numbers) for policy in trained]
     shown = [one for one in goals if one is not None]
     return np.stack(shown) if shown else None
@@ -82,16 +87,10 @@ def drawn_tests(study: StudyContext, pool: PoolContext) -> TargetsUnderTest:
         return displaced
     seed = config.evaluation.seed + UNSEEN_SEED_OFFSET
     settings = pool.settings.targets.model_copy(update={"seed": seed})
-    if pool.family is None:
-        fresh = sample_targets(pool.robot, pool.scene, settings, 0, config.unseen)
-        return join_tests(displaced, unseen_tests(fresh))
-    numbers = range(config.unseen)
-    scenes = pool.scenes_of_tests([UNSEEN_SCENE] * len(numbers), numbers)
-    fresh = [
-        sample_target(pool.robot, scene, settings, number)
-        for number, scene in zip(numbers, scenes, strict=True)
-    ]
-    return join_tests(displaced, unseen_tests(fresh, UNSEEN_SCENE))
+    kind: UnseenKind = "unseen" if pool.family is None else UNSEEN_SCENE
+    scenes = pool.scenes_of_tests([kind] * config.unseen, range(config.unseen))
+    fresh = [sample_target(pool.robot, scene, settings, number) for number, scene in enumerate(scenes)]
+    return join_tests(displaced, unseen_tests(fresh, kind))
 
 
 def evaluation_id(study: StudyContext, network: Network) -> str:
@@ -158,7 +157,7 @@ def evaluate_networks(study: StudyContext, networks: Sequence[Network]) -> int:
 def rolled_out(study: StudyContext, pool: PoolContext, trained: Sequence[TrainedPolicy]) -> list[pa.Table]:
     """Roll policies of one kind out on a pool's tests, a scene at a time; gives a table of trials for each policy."""
     tests, goals = study_tests(study, pool), network_goals(study, pool, trained)
-    groups = list(rows_by_scene(pool.scenes_of_tests(tests.kind, tests.target_id.tolist())))
+    groups = list(rows_by_scene(tested_scenes(pool, tests)))
     done = [
         rollouts.roll_out(
             trained,

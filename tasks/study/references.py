@@ -15,7 +15,7 @@ from plancurate.tasks.curation.selectors.selection import select
 from plancurate.tasks.lake.schema import table
 from plancurate.tasks.learning.test_targets import TargetsUnderTest
 from plancurate.tasks.study.context import PoolContext, StudyContext
-from plancurate.tasks.study.evaluations import study_tests
+from plancurate.tasks.study.evaluations import study_tests, tested_scenes
 from plancurate.tasks.study.reference_results import PLANNER, REPLAY, STRAIGHT_LINE
 from plancurate.tasks.study.selections import study_pool
 
@@ -98,8 +98,7 @@ def free_there(
         return np.True_
     ids = best["trajectory_id"].take(nearest_of(best, tests.position)).to_pylist()
     path = dict(zip(ids, load_waypoints(study.lake, pool.partition, ids), strict=True))
-    scenes = pool.scenes_of_tests(tests.kind, tests.target_id.tolist())
-    resolution = study.config.evaluation.resolution
+    resolution, scenes = study.config.evaluation.resolution, tested_scenes(pool, tests)
     edges = [(scene.native, path[name][:-1], path[name][1:]) for scene, name in zip(scenes, ids, strict=True)]
     free = [native.edge_is_free(pool.robot.native, *edge, resolution).all() for edge in edges]
     return np.array(free, dtype=bool)
