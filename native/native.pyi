@@ -96,6 +96,12 @@ def clearance(robot: Robot, scene: Scene, q: FloatArray) -> FloatArray:
     Not positive where shapes touch, and then no measure of how deep; infinite where nothing is checked.
     """
 
+def way_clearance(robot: Robot, scene: Scene, ways: FloatArray, most: float) -> FloatArray:
+    """Return the smallest clearance (w,) at the points of each way (w, p, dof), m, from 0 to `most`.
+
+    The very number that the smallest `clearance` of its points gives, clipped, in two thirds of the time.
+    """
+
 class Budget:
     """How much one planner run may use up."""
 

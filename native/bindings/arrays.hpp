@@ -40,13 +40,18 @@ void require_shape(const Array<T>& array, const std::string& name, const std::ve
         throw std::invalid_argument(name + " has shape " + shape_text(shape) + ", must be " + shape_text(wanted));
 }
 
-// Throws std::invalid_argument unless the array holds rows of `dof` finite joint positions. Returns the row count.
-inline std::size_t require_states(const Array<double>& q, const std::string& name, int dof) {
-    require_shape(q, name, {-1, dof});
+// Throws std::invalid_argument unless all joint positions of rows of `dof` are finite.
+inline void require_finite(const Array<double>& q, const std::string& name, int dof) {
     for (std::size_t i = 0; i < q.size(); ++i)
         if (!std::isfinite(q.data()[i]))
             throw std::invalid_argument(name + ": row " + std::to_string(i / dof) + ", joint " + std::to_string(i % dof) +
                                         " is not finite");
+}
+
+// Throws std::invalid_argument unless the array holds rows of `dof` finite joint positions. Returns the row count.
+inline std::size_t require_states(const Array<double>& q, const std::string& name, int dof) {
+    require_shape(q, name, {-1, dof});
+    require_finite(q, name, dof);
     return q.shape(0);
 }
 

@@ -101,6 +101,17 @@ NumpyDoubles state_clearances(const Robot& robot, const Scene& scene, const Arra
     return distances;
 }
 
+NumpyDoubles least_clearances(const Robot& robot, const Scene& scene, const Array<double>& ways, double most) {
+    require_shape(ways, "ways", {-1, -1, robot.dof});
+    const std::size_t count = ways.shape(0), points = ways.shape(1);
+    require_finite(ways, "ways", robot.dof);
+    if (!(most >= 0)) throw std::invalid_argument("most must be at least 0 m");
+    NumpyDoubles distances = new_array<double>({count});
+    nb::gil_scoped_release unlocked;
+    way_clearances(robot, scene, ways.data(), count, points, static_cast<float>(most), distances.data());
+    return distances;
+}
+
 }  // namespace
 
 }  // namespace plancurate
@@ -123,5 +134,6 @@ NB_MODULE(native, module) {
     module.def("is_free", &free_states, "robot"_a, "scene"_a, "q"_a);
     module.def("edge_is_free", &free_edges, "robot"_a, "scene"_a, "q0"_a, "q1"_a, "resolution"_a);
     module.def("clearance", &state_clearances, "robot"_a, "scene"_a, "q"_a);
+    module.def("way_clearance", &least_clearances, "robot"_a, "scene"_a, "ways"_a, "most"_a);
     bind_planning(module);
 }

@@ -18,7 +18,7 @@ void query_rows(const Robot& robot, const Scene& scene, const double* q, std::si
     std::vector<Doubles> lanes(robot.dof);
     for (std::size_t row = 0; row < count; row += kLanes) {
         const int rows = static_cast<int>(std::min<std::size_t>(kLanes, count - row));
-        load_rows(q + row * robot.dof, rows, robot.dof, lanes.data());
+        load_rows(q + row * robot.dof, rows, robot.dof, robot.dof, lanes.data());
         auto query = make(rows);
         run_query(robot, scene, lanes.data(), query);
         take(query, row, rows);
@@ -104,6 +104,22 @@ void clearances(const Robot& robot, const Scene& scene, const double* q, std::si
     query_rows(robot, scene, q, count, make, [&](const ClearanceQuery& query, std::size_t row, int rows) {
         for (int lane = 0; lane < rows; ++lane) distances[row + lane] = query.smallest[lane];
     });
+}
+
+void way_clearances(const Robot& robot, const Scene& scene, const double* q, std::size_t ways, std::size_t points,
+                    float most, double* distances) {
+    const std::size_t way_size = points * robot.dof;
+    std::vector<Doubles> lanes(robot.dof);
+    for (std::size_t way = 0; way < ways; way += kLanes) {
+        const int together = static_cast<int>(std::min<std::size_t>(kLanes, ways - way));
+        WayQuery query(most, first_lanes(together));
+        for (std::size_t point = 0; point < points && !query.done(); ++point) {
+            load_rows(q + way * way_size + point * robot.dof, together, way_size, robot.dof, lanes.data());
+            run_query(robot, scene, lanes.data(), query);
+            query.next_configuration();
+        }
+        for (int lane = 0; lane < together; ++lane) distances[way + lane] = std::max(query.least[lane], 0.0f);
+    }
 }
 
 }  // namespace plancurate

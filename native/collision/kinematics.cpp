@@ -23,7 +23,7 @@ void for_each_block(const Robot& robot, const double* q, std::size_t count, cons
     Frames frames(robot.dof);
     for (std::size_t row = 0; row < count; row += kLanes) {
         const int rows = static_cast<int>(std::min<std::size_t>(kLanes, count - row));
-        load_rows(q + row * robot.dof, rows, robot.dof, lanes.data());
+        load_rows(q + row * robot.dof, rows, robot.dof, robot.dof, lanes.data());
         forward_kinematics(robot.joints, robot.dof, lanes.data(), frames.data());
         use(frames, row, rows);
     }
@@ -31,9 +31,9 @@ void for_each_block(const Robot& robot, const double* q, std::size_t count, cons
 
 }  // namespace
 
-void load_rows(const double* q, int count, int dof, Doubles* lanes) {
+void load_rows(const double* q, int count, std::size_t stride, int dof, Doubles* lanes) {
     for (int lane = 0; lane < kLanes; ++lane) {
-        const double* row = q + std::min(lane, count - 1) * dof;
+        const double* row = q + std::min(lane, count - 1) * stride;
         for (int i = 0; i < dof; ++i) lanes[i][lane] = row[i];
     }
 }

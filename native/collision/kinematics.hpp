@@ -38,8 +38,9 @@ void forward_kinematics(const std::vector<Joint<Real>>& joints, int count, const
     }
 }
 
-// Loads up to eight rows of q, each dof numbers; lanes beyond `count` repeat the last row.
-void load_rows(const double* q, int count, int dof, Doubles* lanes);
+// Loads up to eight rows of q, each dof numbers that begin `stride` after those of the row before; lanes beyond `count`
+// repeat the last row.
+void load_rows(const double* q, int count, std::size_t stride, int dof, Doubles* lanes);
 
 // Tool poses as row-major 4 x 4 matrices. q: count rows of dof, poses: count matrices.
 void tool_poses(const Robot& robot, const double* q, std::size_t count, double* poses);

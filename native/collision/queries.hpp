@@ -1,4 +1,4 @@
-// The two queries about eight configurations: are they free, and what is their clearance?
+// The queries about eight configurations: are they free, what is their clearance, and is it less than what was found?
 //
 // A query is given one checked pair after another. `broad_phase` picks the lanes in which a pair could matter, from
 // bounding spheres; `narrow_phase` tests those lanes in full; `done` says that no further pair can matter.
@@ -77,6 +77,30 @@ struct ClearanceQuery {
     }
 
     void ground_test(Floats height, Mask lanes) { smallest = select(lanes, min(smallest, height), smallest); }
+};
+
+// The smallest distance of each lane over several configurations, one after another, as if each were asked for alone and
+// the smallest taken: what is left out is farther than the least so far by more than a bound may lie below a distance.
+// Once a lane touches, how deep it lies is not asked; where all queried lanes do, nothing more is.
+struct WayQuery : ClearanceQuery {
+    static constexpr float kRoom = 1e-4f;
+
+    Mask queried;
+    Floats least;
+
+    WayQuery(float most, Mask queried) : queried(queried), least(splat<float>(most)) {}
+
+    bool done() const { return !any(queried & (min(least, smallest) > 0.0f)); }
+
+    Mask broad_phase(Floats distance2, float reach) const {
+        const Mask matters = queried & (least > 0.0f) & ~(sqrt(distance2) - reach >= least + kRoom);
+        return matters & ClearanceQuery::broad_phase(distance2, reach);
+    }
+
+    void next_configuration() {
+        least = min(least, smallest);
+        smallest = splat<float>(std::numeric_limits<float>::infinity());
+    }
 };
 
 }  // namespace plancurate

@@ -163,4 +163,8 @@ void run_query(const Robot& robot, const Scene& scene, const Doubles* q, Clearan
     check_all_pairs(robot, scene, q, query);
 }
 
+void run_query(const Robot& robot, const Scene& scene, const Doubles* q, WayQuery& query) {
+    check_all_pairs(robot, scene, q, query);
+}
+
 }  // namespace plancurate

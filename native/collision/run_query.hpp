@@ -10,5 +10,6 @@ namespace plancurate {
 // q holds one entry a joint. Compiled once for each query, so that all callers run the very same instructions.
 void run_query(const Robot& robot, const Scene& scene, const Doubles* q, FreeQuery& query);
 void run_query(const Robot& robot, const Scene& scene, const Doubles* q, ClearanceQuery& query);
+void run_query(const Robot& robot, const Scene& scene, const Doubles* q, WayQuery& query);
 
 }  // namespace plancurate

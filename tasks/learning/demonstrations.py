@@ -77,21 +77,22 @@ def demonstrations(
     hold_steps: int = HOLD_STEPS,
     steps: Sequence[IntArray | None] | None = None,
     weights: FloatArray | None = None,
+    seen: Sequence[Float32Array] | None = None,
 ) -> Demonstrations:
     """Build demonstrations from trajectories, each (m, n), that lead to target_positions (trajectories, 3).
 
     `settings` say what is observed, and whether trajectories are resampled by arc first. An episode has
     m + hold_steps steps; from the last waypoint on the action is to stay. `steps` names the waypoints of each
     trajectory (None: all) at which a window may begin; it may begin while the robot holds if it may at the last
-    waypoint. `weights` (trajectories,) say how much more often windows are drawn. Raises PlancurateError when
-    there is nothing to learn from.
+    waypoint. `weights` (trajectories,) say how much more often windows are drawn. `seen` is what `seen_along` gives,
+    where it is known already. Raises PlancurateError when there is nothing to learn from.
     """
     if len(trajectories) == 0:
         raise PlancurateError("demonstrations: 0 trajectories were kept; a policy needs at least one")
     starting = steps or [None] * len(trajectories)
     if settings.demonstration_steps == "arc":
         trajectories, starting = _by_arc(trajectories, starting, settings.arc_rad)
-    held = [np.concatenate([q, np.repeat(q[-1:], hold_steps + 1, axis=0)]) for q in trajectories]
+    held = _held(trajectories, hold_steps)
     lengths = np.array([len(q) - 1 for q in held], dtype=np.int64)
     starts = np.cumsum(lengths) - lengths
     begin = [
@@ -104,11 +105,12 @@ def demonstrations(
     goals = None
     if goal_terms(settings.observation):
         goals = training_goals(target_positions, np.stack([q[-1] for q in trajectories]))
-    state = _states(robot, scene, held, np.repeat(target_positions, lengths, axis=0))
+    if seen is None:
+        seen = _seen(robot, scene, held, target_positions, settings)
     return Demonstrations(
         layout=layout(settings.observation, robot),
-        observations=observe(settings.observation, state).astype(np.float32),
-        q=state.q.astype(np.float32),
+        observations=np.concatenate(seen),
+        q=np.concatenate([q[:-1] for q in held]).astype(np.float32),
         actions=np.concatenate([np.diff(q, axis=0) for q in held]).astype(np.float32),
         starts=starts,
         lengths=lengths,
@@ -116,6 +118,21 @@ def demonstrations(
         window_weights=None if weights is None else np.repeat(weights, counts),
         goals=goals,
     )
+
+
+def seen_along(
+    robot: Robot,
+    scene: Scene,
+    trajectories: Sequence[FloatArray],
+    target_positions: FloatArray,
+    settings: TrainSettings = TrainSettings(),
+    *,
+    hold_steps: int = HOLD_STEPS,
+) -> list[Float32Array]:
+    """What a policy sees (steps, o) along each trajectory, as `demonstrations` of the same arguments observe it."""
+    if settings.demonstration_steps == "arc":
+        trajectories = [resampled(q, settings.arc_rad) for q in trajectories]
+    return _seen(robot, scene, _held(trajectories, hold_steps), target_positions, settings)
 
 
 def limited_share(data: Demonstrations, limited: BoolArray, most: float) -> Demonstrations:
@@ -140,6 +157,20 @@ def _by_arc(
         for q, kept in zip(trajectories, steps, strict=True)
     ]
     return [resampled(q, step) for q in trajectories], moved
+
+
+def _held(trajectories: Sequence[FloatArray], hold_steps: int) -> list[FloatArray]:
+    """Trajectories whose last waypoint is held for so many steps, and once more as the state after the last step."""
+    return [np.concatenate([q, np.repeat(q[-1:], hold_steps + 1, axis=0)]) for q in trajectories]
+
+
+def _seen(
+    robot: Robot, scene: Scene, held: Sequence[FloatArray], positions: FloatArray, settings: TrainSettings
+) -> list[Float32Array]:
+    """What is seen (steps, o) along each of some held trajectories."""
+    lengths = [len(q) - 1 for q in held]
+    state = _states(robot, scene, held, np.repeat(positions, lengths, axis=0))
+    return np.split(observe(settings.observation, state).astype(np.float32), np.cumsum(lengths)[:-1])
 
 
 def _states(robot: Robot, scene: Scene, held: Sequence[FloatArray], targets: FloatArray) -> State:

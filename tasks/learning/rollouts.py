@@ -165,6 +165,7 @@ def moves(
     """Roll every policy out to every position (t, 3), m, as `roll_out` does; gives the trials, first where they begin.
 
     What is given is the same object each time, one move later: policies one after another, each at all positions.
+    It ends after the settings' steps, or when nothing moves any more.
     What policies draw, they draw by the settings' seed and no other.
     """
     stack = ActingStack(policies, settings.device)
@@ -174,9 +175,10 @@ def moves(
     trials = Trials(robot, scene, np.tile(positions, (len(policies), 1)), settings, dt, goals)
     shape = (len(policies), len(positions), -1)
     draws = torch.Generator().manual_seed(settings.seed).get_state()
+    seen = observe(terms, trials.state)
     yield trials
     for _ in range(settings.max_steps):
-        observations = torch.from_numpy(observe(terms, trials.state)).view(shape)
+        observations = torch.from_numpy(seen).view(shape)
         q = torch.from_numpy(trials.state.q).view(shape)
         with torch.random.fork_rng(devices=[]):  # policies draw from torch's global generator
             torch.set_rng_state(draws)
@@ -184,6 +186,10 @@ def moves(
             draws = torch.get_rng_state()
         trials.move(asked.flatten(0, 1).numpy())
         yield trials
+        moving = np.flatnonzero(~trials.stopped)  # what a trial that moves no more would see decides nothing
+        if len(moving) == 0:
+            return
+        seen[moving] = observe(terms, trials.state.take(moving))
 
 
 def trial_table(tests: TargetsUnderTest, measured: dict[str, npt.NDArray[np.generic]]) -> pa.Table:

@@ -4,24 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from plancurate.robots import Robot, Scene
 from plancurate.tasks.curation.pool import FloatArray, load_waypoints, waypoint_arrays
 from plancurate.tasks.curation.selectors.selection import Selection
-from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations, limited_share
+from plancurate.tasks.learning.demonstrations import (
+    Demonstrations,
+    Float32Array,
+    demonstrations,
+    limited_share,
+    seen_along,
+)
 from plancurate.tasks.learning.join import join_demonstrations
 from plancurate.tasks.learning.settings import TrainSettings
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.scenes import IntArray, rows_by_scene
 from plancurate.tasks.study.selections import WantedSelection, make_selection
 
+Observed = dict[str, Float32Array]
+"""What a policy sees along trajectories, by their ids."""
+
 
 @dataclass(frozen=True, eq=False)
 class Shown:
     """Trajectories to learn from, as `demonstrations` takes them."""
 
+    names: list[str | None]
+    """The ids of those that the lake holds."""
     paths: list[FloatArray]
     positions: FloatArray
     steps: list[IntArray | None]
@@ -32,9 +44,9 @@ class Shown:
         return any(self.steps[i] is None or len(self.steps[i]) for i in rows)
 
     def demonstrations(
-        self, robot: Robot, scene: Scene, rows: IntArray, settings: TrainSettings
+        self, robot: Robot, scene: Scene, rows: IntArray, settings: TrainSettings, known: Observed
     ) -> Demonstrations:
-        """Demonstrations of these trajectories, which lie in one scene."""
+        """Demonstrations of these trajectories, which lie in one scene; what is seen along them is added to `known`."""
         return demonstrations(
             robot,
             scene,
@@ -43,7 +55,19 @@ class Shown:
             settings,
             steps=[self.steps[i] for i in rows],
             weights=None if self.weights is None else self.weights[rows],
+            seen=self._seen(robot, scene, rows, settings, known),
         )
+
+    def _seen(
+        self, robot: Robot, scene: Scene, rows: IntArray, settings: TrainSettings, known: Observed
+    ) -> list[Float32Array]:
+        found = {i: known[name] for i in rows if (name := self.names[i]) in known}
+        new = [i for i in rows if i not in found]
+        if new:
+            paths = [self.paths[i] for i in new]
+            found |= zip(new, seen_along(robot, scene, paths, self.positions[new], settings), strict=True)
+            known.update({name: found[i] for i in new if (name := self.names[i])})
+        return [found[i] for i in rows]
 
 
 def selected_demonstrations(
@@ -57,7 +81,9 @@ def selected_demonstrations(
     more = study.lake.query("study/corrections", networks=list(corrected), **pool.partition)
     steps, weight = selection.kept["steps"].to_pylist(), selection.kept["weight"]
     targets = [*selection.kept["target_id"].to_pylist(), *more["target_id"].to_pylist()]
+    own_paths = selection.kept["q"].null_count == 0
     shown = Shown(
+        names=[*([None] * len(selection.kept) if own_paths else selection.ids), *[None] * len(more)],
         paths=[*selected_waypoints(study, selection, pool.partition), *waypoint_arrays(more["q"])],
         positions=positions(study, pool, targets),
         steps=[kept if kept is None else np.array(kept, dtype=np.int64) for kept in steps]
@@ -69,11 +95,17 @@ def selected_demonstrations(
     groups = list(rows_by_scene(pool.scenes_of_targets(targets)))
     if len(groups) > 1:  # a selector may have left nothing of what it kept in a scene
         groups = [(scene, rows) for scene, rows in groups if shown.has_steps(rows)]
-    settings = pool.training(study.config)
-    data = [shown.demonstrations(pool.robot, scene, rows, settings) for scene, rows in groups]
+    settings, known = pool.training(study.config), _observed(study, pool)
+    data = [shown.demonstrations(pool.robot, scene, rows, settings, known) for scene, rows in groups]
     is_correction = np.concatenate([rows for _, rows in groups]) >= len(selection.kept)
     joined = data[0] if len(data) == 1 else join_demonstrations(data)
     return limited_share(joined, is_correction, study.config.corrections.most_share)
+
+
+@lru_cache(maxsize=2)
+def _observed(study: StudyContext, pool: PoolContext) -> Observed:
+    """What is seen along trajectories of a pool: most selections share most of theirs, all policies learn from each."""
+    return {}
 
 
 def positions(study: StudyContext, pool: PoolContext, target_ids: Sequence[int]) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from plancurate.robots.scene import Scene
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +43,17 @@ class State:
     def after(self, q: FloatArray) -> State:
         """The states one step later, at joint angles q (b, n)."""
         return state_at(self.robot, self.scene, q, self.target, previous_q=self.q, goal=self.goal)
+
+    def take(self, rows: IntArray) -> State:
+        """The states of some of the motions (k,), by their row."""
+        return replace(
+            self,
+            q=self.q[rows],
+            tool=self.tool[rows],
+            target=self.target[rows],
+            previous_q=self.previous_q[rows],
+            goal=None if self.goal is None else self.goal[rows],
+        )
 
 
 def state_at(
