@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from plancurate import native
 from plancurate.errors import PlancurateError
 from plancurate.robots import Robot, load_robot, load_scene
-from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations
+from plancurate.tasks.learning.demonstrations import Demonstrations, demonstrations, seen_along
+from plancurate.tasks.learning.settings import BASIC_OBSERVATION, TrainSettings
 
 SCENE = load_scene("free")
 
@@ -48,6 +49,24 @@ def test_demonstration_ends_in_held_steps_at_the_target(robot: Robot) -> None:
     assert not data.actions[held].any()
     np.testing.assert_allclose(data.observations[held, :3], 0, atol=1e-6)
     np.testing.assert_allclose(data.observations[held, 3:] - path[-1], 0, atol=1e-6)
+
+
+@pytest.mark.parametrize("steps", ["time", "arc"])
+def test_what_is_seen_along_a_trajectory_does_not_depend_on_the_others(robot: Robot, steps: str) -> None:
+    settings = TrainSettings(
+        demonstration_steps=steps, observation=(*BASIC_OBSERVATION, "clearances_by_detours")
+    )
+    paths = [line(robot, 8, 0.3), line(robot, 5, -0.2), line(robot, 30, 0.7)]
+    targets = np.stack([tool(robot, path)[-1] for path in paths])
+    data = demonstrations(robot, SCENE, paths, targets, settings)
+    seen = [
+        *seen_along(robot, SCENE, paths[:1], targets[:1], settings),
+        *seen_along(robot, SCENE, paths[1:], targets[1:], settings),
+    ]
+    assert [len(one) for one in seen] == data.lengths.tolist()
+    np.testing.assert_array_equal(np.concatenate(seen), data.observations)
+    again = demonstrations(robot, SCENE, paths, targets, settings, seen=seen)
+    np.testing.assert_array_equal(again.observations, data.observations)
 
 
 def test_nothing_kept_is_an_error_in_one_line(robot: Robot) -> None:

@@ -12,8 +12,10 @@ from plancurate import native
 from plancurate.robots import Robot, Scene, colliding_pairs, load_robot, load_scene
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.targets import Target, sample_targets
+from plancurate.tasks.learning import rollouts
+from plancurate.tasks.learning.observations import observe
 from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_policy
-from plancurate.tasks.learning.rollouts import Trials, roll_out
+from plancurate.tasks.learning.rollouts import Trials, moves, roll_out
 from plancurate.tasks.learning.settings import EvaluateSettings
 from plancurate.tasks.learning.test_targets import displaced_tests, join_tests, reachable_tests, unseen_tests
 
@@ -198,6 +200,24 @@ def test_trial_that_collides_between_two_free_states_fails(told: Told) -> None:
     trial = Told(robot, scene, tool(robot, beyond[None])[0], dt=10.0).run([beyond])
     assert (trial["success"], trial["collided"], trial["out_of_limits"]) == (False, True, False)
     assert trial["joint_movement"] == 0
+
+
+def test_what_moves_no_more_is_observed_no_more(
+    robot: Robot, scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    policies = [trained("BC_MLP", 0, drift=9.0), trained("BC_MLP", 1, drift=1e-3)]  # far too fast, and slow
+    observed: list[int] = []
+    monkeypatch.setattr(
+        rollouts, "observe", lambda terms, state: (observed.append(len(state.q)), observe(terms, state))[1]
+    )
+    place, settings = tool(robot, robot.home[None]) + 1.0, EvaluateSettings(max_steps=5)
+    assert [trials.stopped.tolist() for trials in moves(policies, robot, scene, place, settings, DT)] == [
+        [False, False], *[[True, False]] * 5,
+    ]  # fmt: skip
+    assert observed == [2, 1, 1, 1, 1, 1]
+    observed.clear()
+    assert len(list(moves(policies[:1], robot, scene, place, settings, DT))) == 2
+    assert observed == [1]
 
 
 def test_a_move_faster_than_a_joint_may_turn_breaks_a_limit(robot: Robot, scene: Scene) -> None:

@@ -56,6 +56,33 @@ def test_shapes_of_one_link_get_together_the_answer_that_each_gets_alone(build, 
     np.testing.assert_allclose(np.maximum(clearance, 0), np.maximum(nearest, 0), atol=2e-5)
 
 
+@given(seed=seeds, count=st.integers(1, 19), points=st.integers(1, 6), most=st.sampled_from([0.0, 0.3, 9.0]))
+@settings(deadline=None, max_examples=80)
+def test_clearance_along_ways_is_the_smallest_of_their_points_bit_for_bit(build, seed, count, points, most):
+    rng = np.random.default_rng(seed)
+    robot, _, joints = build.random_world(rng)
+    obstacles = [
+        (kind, build.random_pose(rng, 1.0), build.random_size(rng, kind)) for kind in rng.integers(4, size=6)
+    ]
+    scene = build.make_scene(obstacles, ground=-0.6)
+    ways = build.random_states(rng, joints, count * points).reshape(count, points, -1)
+    each = native.clearance(robot, scene, ways.reshape(count * points, -1)).reshape(count, points)
+    expected = np.clip(each.min(axis=1), 0, np.float32(most))
+    np.testing.assert_array_equal(native.way_clearance(robot, scene, ways, most), expected)
+
+
+@pytest.mark.parametrize(
+    ("ways", "most", "said"),
+    [(np.zeros((2, 3)), 1.0, "ways has shape"), (np.full((1, 2, 2), np.nan), 1.0, "row 0, joint 0"),
+     (np.zeros((1, 2, 2)), -1.0, "most must be"), (np.zeros((1, 2, 2)), np.nan, "most must be")],
+)  # fmt: skip
+def test_ways_that_are_none_are_refused(build, ways, most, said):
+    joints = build.random_joints(np.random.default_rng(0), 2)
+    robot, scene = native.Robot(**build.robot_arrays(joints=joints)), build.make_scene([])
+    with pytest.raises(ValueError, match=said):
+        native.way_clearance(robot, scene, ways, most)
+
+
 def test_shapes_that_touch_exactly_are_not_free(build):
     box = (BOX, np.eye(4), (0.1, 0.1, 0.1))
     robot, scene = build.free_body(box), build.make_scene([box])

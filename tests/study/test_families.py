@@ -19,6 +19,7 @@ from plancurate.tasks.learning.demonstrations import demonstrations
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.rollouts import roll_out
 from plancurate.tasks.study import candidates
+from plancurate.tasks.study import demonstrations as demonstrations_of
 from plancurate.tasks.study.candidates import make_part, missing_parts, reference_targets, study_targets
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
@@ -160,6 +161,20 @@ def test_demonstrations_observe_the_scene_that_they_lie_in(study: StudyContext, 
     )
     np.testing.assert_array_equal(data.observations[: len(alone.observations)], alone.observations)
     assert len(data.starts) == len(targets)
+
+
+def test_what_is_seen_along_a_trajectory_is_observed_once(
+    study: StudyContext, pool: PoolContext, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wanted = first_network(study).selection
+    observed, again = [], demonstrations_of.seen_along
+    monkeypatch.setattr(
+        demonstrations_of, "seen_along", lambda *given: (observed.append(len(given[2])), again(*given))[1]
+    )
+    demonstrations_of._observed.cache_clear()
+    first, second = selected_demonstrations(study, wanted), selected_demonstrations(study, wanted)
+    assert sum(observed) == len(first.starts)
+    np.testing.assert_array_equal(first.observations, second.observations)
 
 
 def test_tests_are_rolled_out_each_in_its_own_scene(study: StudyContext, pool: PoolContext) -> None:
