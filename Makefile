@@ -1,9 +1,9 @@
 # make study   sets everything up and runs the quick study
 # make test    sets everything up with the test tools and runs the test suite
-# make check   lint, and the tests that start no server and train nothing, within a minute
+# make check   lint, and the quick tests: those that start no server, train nothing and aren't slow, within a minute
 # make lint    ruff, mypy and the allowed imports      make bench  the performance claims
 # make test-exports  the exports as robomimic and LeRobot load them, in an environment of their own (.venv-exports)
-# make test-services  studies on Dask and Ray with the lake in an S3 store, and with PostgreSQL, all on loopback
+# make test-services  served pages and schedules, studies on processes, Dask and Ray, in an S3 store, with PostgreSQL
 # make wheel   dist/: a wheel that carries OMPL, for machines without it
 # make test-wheel    that wheel on a Debian with nothing but Python, made in build/bare (as root, with mmdebstrap)
 # make serve   Prefect, MLflow and a worker with every deployment, until Ctrl-C
@@ -29,13 +29,13 @@ test: setup-test
 	@$(PYTEST)
 
 check: lint
-	@$(PYTEST) -m "not server and not training"
+	@$(PYTEST) -m "not server and not training and not slow"
 
 test-exports: setup-test $(VENV_EXPORTS)/installed
 	@EXPORTS_PYTHON=$(VENV_EXPORTS)/bin/python $(BIN)/python -m pytest tests/exports/real_loaders.py
 
 test-services: $(VENV)/installed-services
-	@$(PYTEST) tests/services/several_machines.py tests/services/postgres.py
+	@$(PYTEST) tests/services/serving.py tests/services/runners.py tests/services/several_machines.py tests/services/postgres.py
 
 test-wheel: setup-test wheel $(BARE)/etc/debian_version
 	@$(PIP) wheel -c constraints.txt -w $(BARE)/wheels dist/*.whl pip setuptools wheel uv async-timeout

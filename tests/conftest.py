@@ -30,9 +30,10 @@ __all__ = [
 ]
 
 LONGEST = (
-    "integration/test_study", "flows/test_serve", "integration/test_docs", "integration/test_resume",
-    "integration/test_runners", "flows/test_server", "integration/test_all_planners",
-    "integration/test_goals_and_references", "integration/test_bad_input", "integration/test_notebook",
+    "integration/test_study", "integration/test_docs", "integration/test_resume", "flows/test_server",
+    "integration/test_refine", "integration/test_import", "curation/selectors/test_cupid",
+    "integration/test_mlflow_loss", "integration/test_all_planners", "integration/test_goals_and_references",
+    "integration/test_bad_input", "integration/test_notebook",
 )  # fmt: skip
 SERVER_FIXTURES = {"commands", "smoke", "tables"}  # commands, a study that one ran, homes for services
 

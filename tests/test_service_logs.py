@@ -34,6 +34,7 @@ def test_every_other_refusal_is_one(tmp_path: Path, text: str) -> None:
     assert str(failure.value).count("server.log:") == 1
 
 
+@pytest.mark.slow
 def test_a_fault_after_an_expected_one_is_found(tmp_path: Path) -> None:
     expected = CAUSE + FOLLOWS + FAULT.format("_persist_worker_channel_heartbeat")
     with pytest.raises(pytest.fail.Exception, match="create_flow_run"):

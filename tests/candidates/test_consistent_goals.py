@@ -62,6 +62,7 @@ def neighbours_alike(goals: Goals, count: int) -> float:
     return float(np.mean([np.abs(ends[i] - ends[j]).max() <= GOAL_RADIUS for i, j in pairs]))
 
 
+@pytest.mark.slow
 def test_neighbouring_targets_are_reached_alike(record_property: Record) -> None:
     drawn, continued = (neighbours_alike(goals, 24) for goals in ("pose", "consistent"))
     record_property("alike", (drawn, continued))
@@ -69,6 +70,7 @@ def test_neighbouring_targets_are_reached_alike(record_property: Record) -> None
     assert continued > 0.6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("orientation", ["exact", "yaw_free", "cone", "any"])
 def test_a_target_has_one_goal_that_is_free_and_within_the_tolerance(orientation: Orientation) -> None:
     chosen = settings(orientation=orientation)
@@ -109,6 +111,7 @@ def test_where_a_goal_cannot_be_continued_the_nearest_free_solution_is_taken() -
     )
 
 
+@pytest.mark.slow
 def test_a_pool_that_grows_keeps_what_it_has() -> None:
     whole = draw_targets(ROBOT, SHELF, settings(), 0, 9)
     first = draw_targets(ROBOT, SHELF, settings(), 0, 4)

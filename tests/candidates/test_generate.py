@@ -35,6 +35,7 @@ def test_every_run_is_a_row_of_the_lake():
         assert getattr(seconds, stage) == pytest.approx(sum(candidates[f"{stage}_s"].to_pylist()))
 
 
+@pytest.mark.slow
 def test_solved_rows_hold_a_free_trajectory_from_home_to_their_target(judge):
     candidates = [row for planner in PLANNERS for row in rows(planner).to_pylist() if row["solved"]]
     assert len(candidates) >= 20
@@ -67,6 +68,7 @@ def test_failed_runs_are_rows_with_a_reason():
         assert row["joint_movement"] is None
 
 
+@pytest.mark.slow
 def test_threads_do_not_change_what_is_written():
     alone = [rows(planner).drop_columns(MEASURED) for planner in PLANNERS]
     with ThreadPoolExecutor(4) as pool:

@@ -119,6 +119,7 @@ def test_paths_end_within_the_tolerance_at_goals_that_differ_from_run_to_run():
     assert len(np.unique(ends.round(6), axis=0)) == 8
 
 
+@pytest.mark.slow
 def test_paths_keep_the_clearance_that_is_asked_for():
     wide, narrow = (GenerateSettings(plan=PlanSettings(clearance_m=clearance)) for clearance in (0.04, 0.0))
 
@@ -145,6 +146,7 @@ def test_a_target_that_only_less_clearance_reaches_is_a_run_with_its_reason():
     assert "no goal configuration" in planned.reason
 
 
+@pytest.mark.slow
 def test_robots_with_few_joints_reach_targets_whose_orientation_is_free(robot_folders):
     scara, free = load_robot(robot_folders["scara"]), load_scene("free")
     with pytest.raises(PlancurateError, match="orientation=cone; another range, orientation"):

@@ -45,6 +45,7 @@ def assert_same_bits(one, other):
     assert one.touching == other.touching
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("payload", [None, Payload(mass_kg=8.0, centre_m=(0.0, 0.05, 0.1))])
 @pytest.mark.parametrize("name", [*robot_names(), "scara"])
 def test_where_nothing_touches_shapes_change_no_bit(name, payload, robot_folders):

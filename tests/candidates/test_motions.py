@@ -60,6 +60,7 @@ def test_stopping_motions_pass_every_waypoint(path):
         assert np.abs(q - waypoint).max(axis=1).min() == 0
 
 
+@pytest.mark.slow
 @settings(deadline=None)  # the first call imports toppra
 @given(paths(3, 8).filter(distinct))
 def test_spline_motions_keep_the_limits_between_grid_points_too(path):

@@ -34,6 +34,7 @@ def some_goals(robot, count):
     return np.random.default_rng(3).uniform(robot.lower, robot.upper, (count, robot.dof)) * 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", robot_names())
 @pytest.mark.parametrize("scene", scene_names())
 def test_every_robot_of_the_package_holds_its_home(name, scene):
@@ -67,6 +68,7 @@ def test_motions_within_the_limits_are_followed_closely(name, robot_folders):
         assert found.final_tracking_error_m < 1e-3
 
 
+@pytest.mark.slow
 def test_the_numbers_do_not_depend_on_what_was_played_before_or_beside():
     robot, scenes = load_robot("h2017"), [load_scene("free"), load_scene("table")]
     goals = [*some_goals(robot, 3), robot.home + np.array([0, 0.2, 0.9, 0, -0.4, 0])]
@@ -219,6 +221,7 @@ def test_waypoints_of_a_wrong_shape_are_an_error():
             verify(robot, scene, np.zeros(shape), DT, SETTINGS)
 
 
+@pytest.mark.slow
 def test_nothing_is_written_to_the_terminal(robot_folders):
     program = f"""
 import numpy as np

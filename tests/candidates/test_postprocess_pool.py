@@ -30,6 +30,7 @@ def postprocess_path():
         yield shared_postprocess(Setting("h2017", "table", SETTINGS.timing, SETTINGS.verify))
 
 
+@pytest.mark.slow
 def test_processes_write_the_same_rows(postprocess_path):
     def elsewhere(planner: str):
         return generate_candidates(ROBOT, SCENE, TARGETS, planner, SETTINGS, postprocess_path)[0]
@@ -61,6 +62,7 @@ class Bomb(np.ndarray):
         return defaultdict, (partial(os._exit, 7),)
 
 
+@pytest.mark.slow
 def test_a_crash_costs_one_trajectory_and_is_its_reason(postprocess_path):
     bomb = np.stack([ROBOT.home, ROBOT.home]).view(Bomb)
     for _ in range(2):  # a crash is not remembered
@@ -95,6 +97,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_processes_end_with_a_parent_that_is_killed(tmp_path):
     script = tmp_path / "orphans.py"
     script.write_text(ORPHANS)

@@ -59,6 +59,7 @@ def test_a_way_round_nothing_becomes_a_straight_one(robot: Robot) -> None:
     assert path_length(path) == pytest.approx(np.linalg.norm(corner[-1] - corner[0]), rel=0.01)
 
 
+@pytest.mark.slow
 def test_relaxed_paths_cost_less_and_keep_the_clearance_that_they_were_planned_with(
     robot: Robot, clutter: Scene
 ) -> None:
@@ -74,6 +75,7 @@ def test_relaxed_paths_cost_less_and_keep_the_clearance_that_they_were_planned_w
     np.testing.assert_array_equal(moved(robot, clutter, path), found)  # the same for the same seed
 
 
+@pytest.mark.slow
 def test_no_shortcut_leads_through_what_is_kept_free(robot: Robot, clutter: Scene) -> None:
     kept = planning_scene(clutter, SETTINGS.plan)
     for target in hard_targets(robot, clutter, 2):
@@ -83,6 +85,7 @@ def test_no_shortcut_leads_through_what_is_kept_free(robot: Robot, clutter: Scen
         assert free(robot, kept, found)
 
 
+@pytest.mark.slow
 def test_relaxed_paths_of_different_runs_are_more_alike(robot: Robot, clutter: Scene) -> None:
     planned_apart, relaxed_apart = [], []
     for target in hard_targets(robot, clutter, 4):
@@ -99,6 +102,7 @@ def apart(first: np.ndarray, second: np.ndarray) -> float:
     return float(1 - a @ b / np.linalg.norm(a) / np.linalg.norm(b))
 
 
+@pytest.mark.slow
 def test_near_obstacles_a_length_costs_more(robot: Robot, clutter: Scene) -> None:
     away = cost(robot, empty_scene(), robot.home, robot.home + 0.1)
     assert away == pytest.approx(0.1 * np.sqrt(6))

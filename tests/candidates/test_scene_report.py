@@ -13,6 +13,7 @@ SETTINGS = GenerateSettings(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "scene", "hard"),
     [

@@ -47,6 +47,7 @@ def test_every_planner_of_ompl_is_a_source_by_its_name():
     assert find_source("RRT").params == native.planners()[source_names().index("RRT")].params
 
 
+@pytest.mark.slow
 def test_a_file_elsewhere_adds_a_source_whose_paths_become_verified_rows(straight_line):
     bent = SETTINGS.plan.model_copy(update={"params": {"StraightLine": {"bend": "0.05"}}})
     settings = GenerateSettings(plan=PlanSettings.model_validate(bent.model_dump()))

@@ -25,6 +25,7 @@ def test_many_targets_begin_with_the_same_few():
         assert np.array_equal(a.goals, b.goals)
 
 
+@pytest.mark.slow
 def test_targets_lie_in_the_cube_and_not_at_its_middle():
     settings = TargetSettings(range_m=0.3, min_distance_m=0.12)
     offsets = np.array([t.position for t in sample_targets(ROBOT, SCENE, settings, 0, 30)]) - HOME[:3, 3]

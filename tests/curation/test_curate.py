@@ -65,6 +65,7 @@ def curate(
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_a_selection_is_recorded_and_making_it_again_changes_nothing(small_lake: Lake, name: str) -> None:
     pool = load_pool(small_lake, PARTITION)

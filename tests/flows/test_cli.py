@@ -38,6 +38,7 @@ def run(*calls: list[str]) -> tuple[str, set[str]]:
     return done.stdout, set(json.loads(done.stderr))
 
 
+@pytest.mark.slow
 def test_no_help_imports_what_is_heavy() -> None:
     calls = [["--help"], *([command.partition(":")[2].rstrip("_"), "--help"] for command in NAMES)]
     calls += [[family, "--help"] for family in FAMILIES]
@@ -47,6 +48,7 @@ def test_no_help_imports_what_is_heavy() -> None:
     assert HEAVY & modules == set()
 
 
+@pytest.mark.slow
 def test_sql_needs_duckdb_and_arrow_alone(tmp_path: Path) -> None:
     lake = Lake(tmp_path / "lake")
     lake.root.mkdir()

@@ -46,6 +46,7 @@ def test_defaults_are_what_the_model_would_accept() -> None:
     assert set(StudyConfig().policies) == set(policy_names())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name, value in DEFAULTS.items() if value != ()])
 def test_every_field_can_be_given_and_means_the_same(name: str) -> None:
     default = value_of(StudyConfig(), name)

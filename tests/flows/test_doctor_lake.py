@@ -110,6 +110,7 @@ def test_a_home_without_a_lake_is_a_mistake(tmp_path: Path, capsys: pytest.Captu
     assert not (tmp_path / "nowhere").exists()
 
 
+@pytest.mark.slow
 def test_the_lakes_own_check_is_the_doctors(
     home: Path, small_lake: Lake, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -70,6 +70,7 @@ def test_an_unknown_option_is_answered_with_the_nearest(capsys: pytest.CaptureFi
 HUGE = str(10**30)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "hints"),
     [
@@ -123,6 +124,7 @@ def test_no_number_may_be_infinite_or_absurdly_large(field: str) -> None:
             load_config("quick", None, values)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("content", "hints"),
     [
@@ -290,6 +292,7 @@ def test_a_lake_of_another_schema_version_is_refused(
     assert "999" in complaint(capsys, "report", "--study", "smoke", "--home", str(damaged))
 
 
+@pytest.mark.slow
 def test_an_unreachable_prefect_server_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

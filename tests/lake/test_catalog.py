@@ -39,6 +39,7 @@ def catalog(small_lake_once: Lake, tmp_path_factory: pytest.TempPathFactory) -> 
     return write_catalog(copied(small_lake_once, tmp_path_factory.mktemp("catalog")).root)
 
 
+@pytest.mark.slow
 def test_the_catalog_opens_the_lake_from_any_folder(small_lake: Lake, tmp_path: Path) -> None:
     catalog = write_catalog(small_lake.root)
     assert catalog == small_lake.root / "catalog.duckdb"
@@ -69,6 +70,7 @@ def test_the_catalog_can_be_attached_beside_other_databases(small_lake: Lake) ->
         assert all(stored == pytest.approx(again, abs=1e-6) for stored, again in rows.fetchall())
 
 
+@pytest.mark.slow
 def test_a_copied_catalog_answers_from_the_copy_even_when_the_original_is_gone(
     small_lake: Lake, tmp_path: Path
 ) -> None:
@@ -87,6 +89,7 @@ def test_a_copied_catalog_answers_from_the_copy_even_when_the_original_is_gone(
     assert "No files found" in failed.value.stderr
 
 
+@pytest.mark.slow
 def test_a_catalog_attached_to_another_ones_session_is_refused(small_lake: Lake, tmp_path: Path) -> None:
     catalog = write_catalog(small_lake.root)
     shutil.copytree(small_lake.root, tmp_path / "copy")
@@ -99,6 +102,7 @@ def test_a_catalog_attached_to_another_ones_session_is_refused(small_lake: Lake,
                 connection.sql(f"FROM copied.{name}").fetchall()
 
 
+@pytest.mark.slow
 def test_a_session_that_spills_elsewhere_is_told_what_to_say(small_lake: Lake, tmp_path: Path) -> None:
     catalog = write_catalog(small_lake.root)
     with duckdb.connect(str(catalog), read_only=True, config={"temp_directory": str(tmp_path)}) as connection:
@@ -108,6 +112,7 @@ def test_a_session_that_spills_elsewhere_is_told_what_to_say(small_lake: Lake, t
         assert connection.sql("FROM trajectories").shape[0] == 18
 
 
+@pytest.mark.slow
 def test_the_catalog_holds_no_path_and_is_written_once(small_lake: Lake, tmp_path: Path) -> None:
     catalog = write_catalog(small_lake.root)
     before = catalog.stat().st_mtime_ns
@@ -118,6 +123,7 @@ def test_the_catalog_holds_no_path_and_is_written_once(small_lake: Lake, tmp_pat
     assert count(moved / "catalog.duckdb", Path("/")) == 18
 
 
+@pytest.mark.slow
 def test_a_damaged_catalog_is_replaced(small_lake: Lake) -> None:
     (small_lake.root / "catalog.duckdb").write_bytes(b"not a database")
     assert count(write_catalog(small_lake.root), Path("/")) == 18
@@ -146,6 +152,7 @@ def test_a_users_rows_come_in_the_order_asked_for(small_lake: Lake) -> None:
     assert rows["run"].to_pylist() == sorted(rows["run"].to_pylist(), reverse=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("statement", "message"),
     [
@@ -178,6 +185,7 @@ def test_a_user_can_neither_write_nor_leave_the_lake(small_lake: Lake, statement
     assert sorted(small_lake.root.rglob("*")) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TABLES)
 @pytest.mark.parametrize("rest", ["", " ORDER BY 1 LIMIT 5"])
 def test_a_look_through_the_catalog_lists_the_folder_once(catalog: Path, name: str, rest: str) -> None:

@@ -171,6 +171,7 @@ def write_on(root: Path) -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_readers_at_work_see_every_row_once(tmp_path: Path) -> None:
     lake = Lake(tmp_path / "lake")
     fill(lake, 0, PARTS)

@@ -158,6 +158,7 @@ def test_a_damaged_part_is_named_and_not_read(
     assert f"{part}: {message}" in "\n".join(problem.line for problem in again.damage())
 
 
+@pytest.mark.slow
 @each_damage
 def test_damage_in_one_pool_stops_nothing_of_another(
     lake: Lake, part: Path, damage: Callable[[Path], None], message: str
@@ -181,6 +182,7 @@ def test_a_user_who_says_nothing_of_it_is_warned(lake: Lake, part: Path) -> None
         Lake(lake.root).sql(EVERYTHING)
 
 
+@pytest.mark.slow
 def test_a_flipped_bit_never_gives_other_values(small_lake: Lake) -> None:
     partition = {"robot": "h2017", "scene": "free", "pool": "0a1b2c", "planner": "RRT"}
     part = small_lake.folder("trajectories", partition) / "part-000000.parquet"
@@ -258,6 +260,7 @@ def test_a_writer_killed_before_its_part_appears_leaves_a_missing_one_that_can_b
     assert lake.read("targets", POOL)["target_id"].to_pylist() == [0, 1, 3]
 
 
+@pytest.mark.slow
 def test_a_part_on_its_way_in_is_waited_for(lake: Lake, part: Path) -> None:
     aside = part.rename(part.with_name(".aside"))
     with ThreadPoolExecutor() as pool, locked(part.parent):

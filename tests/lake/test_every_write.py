@@ -46,6 +46,7 @@ def one_torn(root: Path) -> None:
     part.write_bytes(part.read_bytes()[:-20])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "job", "before", "fewest", "held"),
     [

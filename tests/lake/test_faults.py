@@ -47,6 +47,7 @@ def write_together(root: Path, start: Barrier) -> None:
     Lake(root).write("targets", POOL, "same", rows, {})
 
 
+@pytest.mark.slow
 def test_a_killed_writer_leaves_whole_parts_or_none(tmp_path: Path) -> None:
     chance = random.Random(0)
     torn = 0
@@ -71,6 +72,7 @@ def test_a_killed_writer_leaves_whole_parts_or_none(tmp_path: Path) -> None:
     assert torn > 0  # or no kill hit the middle of a write and this test has shown nothing
 
 
+@pytest.mark.slow
 def test_writers_of_the_same_part_at_the_same_time_leave_one_sound_part(tmp_path: Path) -> None:
     start = processes.Barrier(3)
     writers = [processes.Process(target=write_together, args=(tmp_path, start)) for _ in range(3)]

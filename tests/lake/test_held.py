@@ -36,6 +36,7 @@ def answer(lake: Lake, study: str, name: str) -> pa.Table:
     return lake.query(name, study=study, **({"kind": "unseen"} if "$kind" in load(name) else {}))
 
 
+@pytest.mark.slow
 def test_every_query_is_answered_as_the_lake_answers(small_lake: Lake, study: str) -> None:
     with held(small_lake, study) as one:
         for name in QUERIES:
@@ -44,6 +45,7 @@ def test_every_query_is_answered_as_the_lake_answers(small_lake: Lake, study: st
         assert answer(one, other, name) == answer(small_lake, other, name)
 
 
+@pytest.mark.slow
 def test_trials_are_read_once(small_lake: Lake, study: str) -> None:
     before = answer(small_lake, study, "results/outcomes")
     with held(small_lake, study) as one:
@@ -51,6 +53,7 @@ def test_trials_are_read_once(small_lake: Lake, study: str) -> None:
         assert answer(one, study, "results/outcomes") == before
 
 
+@pytest.mark.slow
 def test_parts_that_are_merged_meanwhile_are_found_again(small_lake: Lake, study: str) -> None:
     before = answer(small_lake, study, "results/coverage")
     with held(small_lake, study) as one:

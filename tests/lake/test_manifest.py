@@ -85,6 +85,7 @@ def append_many(folder: Path, writer: str) -> None:
                 forget(folder, [f"{writer}-{number - 1}"])
 
 
+@pytest.mark.slow
 def test_many_writers_at_once_lose_no_entry(tmp_path: Path) -> None:
     at_work = [processes.Process(target=append_many, args=(tmp_path, writer)) for writer in "abc"]
     for process in at_work:

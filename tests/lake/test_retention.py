@@ -135,6 +135,7 @@ def test_a_damaged_record_of_a_study_hides_nothing(home: Home) -> None:
         unreferred(home, keep_days=0)
 
 
+@pytest.mark.slow
 def test_the_status_counts_what_the_tables_hold(home: Home) -> None:
     lake = Lake(home.lake)
     found = lake_status(lake)

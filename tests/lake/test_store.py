@@ -44,6 +44,7 @@ def test_what_is_written_is_read_back_with_its_partition(lake: Lake, part: Path)
     assert found["pool"].to_pylist() == ["0123", "0123"]  # a string, although it looks like a number
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TABLES)
 def test_views_over_empty_tables_have_their_columns(lake: Lake, part: Path, name: str) -> None:
     everything = lake.read(name, {})

@@ -62,6 +62,7 @@ def test_waypoints_lie_every_step_along_the_path_and_at_both_ends(q: np.ndarray,
         np.testing.assert_allclose(point, at_distance(q, k * step), atol=1e-9)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 1000), STEPS)
 def test_all_steps_of_a_straight_path_are_as_long_but_the_last(seed: int, step: float) -> None:
     end = np.random.default_rng(seed).normal(size=6)

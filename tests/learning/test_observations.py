@@ -133,6 +133,7 @@ def test_a_term_that_gives_another_number_of_columns_than_it_says_is_named(
         observe(BASIC, state_at(robot, SCENE, home, np.zeros((1, 3)), previous_q=home))
 
 
+@pytest.mark.slow
 def test_a_term_in_one_file_outside_the_package_is_trained_on_and_rolled_out(
     robot: Robot, tmp_path: Path, install: Callable[[str, ModuleType], None]
 ) -> None:

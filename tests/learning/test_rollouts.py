@@ -304,6 +304,7 @@ def test_tests_of_a_target_depend_on_it_and_the_seed_alone() -> None:
     assert not np.array_equal(one.position[1:], displaced_tests([second], 4).position[1:])
 
 
+@pytest.mark.slow
 def test_displaced_tests_that_no_planner_reaches_are_left_out_and_the_others_keep_their_numbers(
     robot: Robot, scene: Scene
 ) -> None:

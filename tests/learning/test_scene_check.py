@@ -47,6 +47,7 @@ def test_the_verdict_goes_by_what_is_reached_and_hard(reached: int, hard: int, v
     assert made_up(reached, hard).verdict.startswith(verdict)
 
 
+@pytest.mark.slow
 def test_shares_are_those_of_each_target_and_test() -> None:
     robot, scene = load_world("h2017", "shelf")
     found = check_scene(robot, scene, SETTINGS, 3)
@@ -68,6 +69,7 @@ def test_shares_are_those_of_each_target_and_test() -> None:
     assert found.tests_hard == sum(one.hard for one in planned) / len(planned)
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_verdict_or_json(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         main([*WORDS, "--format", "json"])

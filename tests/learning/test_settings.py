@@ -8,6 +8,7 @@ import pytest
 HEAVY = {"torch", "scipy", "sklearn", "pandas", "statsmodels"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "statement",
     [

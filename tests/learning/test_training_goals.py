@@ -98,6 +98,7 @@ def test_a_goal_continues_what_is_expected_so_that_near_positions_have_near_goal
     assert np.linalg.norm(np.diff(goals, axis=0), axis=1).max() < 0.1
 
 
+@pytest.mark.slow
 def test_where_the_continued_goal_collides_one_near_it_is_chosen_and_out_of_reach_what_is_expected(
     robot: Robot,
 ) -> None:
@@ -171,6 +172,7 @@ def test_a_policy_that_knows_its_goal_is_not_torn_between_two(robot: Robot, tmp_
     assert rate(served, goals[None]) > 0.7
 
 
+@pytest.mark.slow
 def test_each_policy_goes_to_its_own_goal(robot: Robot) -> None:
     targets = sample_targets(robot, SCENE, TargetSettings(), 0, 3)
     policy = learnt(robot, targets, ("goal_offset",), steps=600)

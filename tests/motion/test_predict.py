@@ -90,6 +90,7 @@ def test_a_policy_that_gets_there_makes_every_motion():
         assert prediction.seconds["planning"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [0.0, -1.0])
 def test_the_planner_goes_where_the_policy_does_not_get_to(way):
     targets = drawn("table", 3)
@@ -102,6 +103,7 @@ def test_the_planner_goes_where_the_policy_does_not_get_to(way):
         assert prediction.seconds["planning"] > 0
 
 
+@pytest.mark.slow
 def test_a_rollout_that_does_not_pass_the_verifier_is_not_returned():
     targets = drawn("free", 2)
     policy = straight(targets)
@@ -113,6 +115,7 @@ def test_a_rollout_that_does_not_pass_the_verifier_is_not_returned():
         assert "torque limit" in prediction.refused[0]
 
 
+@pytest.mark.slow
 def test_of_several_proposals_the_first_that_passes_is_taken():
     targets = drawn("free", 2)
     at = positions(targets)

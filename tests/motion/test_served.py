@@ -52,6 +52,7 @@ def world_of(robot, scene):
     return ServedWorld(robot, scene, tuple(one.digest for one in load_world(robot, scene)), SETTINGS)
 
 
+@pytest.mark.slow
 def test_a_target_is_answered_with_a_motion_and_its_verdict_as_json(policy_folder, own_files, tmp_path):
     import mlflow.pyfunc
     from mlflow.pyfunc.scoring_server import invocations

@@ -32,6 +32,7 @@ def clean(scene="free"):
     return robot, loaded, motion
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["free", "table"])
 def test_no_candidate_of_a_pool_is_refused_and_each_is_when_a_third_faster(scene, record_property):
     motions = pool(scene)

@@ -47,6 +47,7 @@ def long_run_distance(a, poses, b, steps=1500):
     return nearest - rounding(kind_a, size_a) - rounding(kind_b, size_b)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind_a", "kind_b"), KIND_PAIRS)
 def test_clearance_is_a_tight_lower_bound_of_the_distance(build, kind_a, kind_b):
     rng = np.random.default_rng(kind_a * 4 + kind_b)

@@ -126,6 +126,7 @@ def alone(blocked):
     return [run_job(blocked, job) for job in JOBS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [4, 8])
 def test_repeats_itself_beside_other_planners_in_other_threads(threads, blocked, alone):
     order = random.Random(threads).sample(range(len(JOBS)), len(JOBS))

@@ -29,6 +29,7 @@ def motion(robot, turn):
 AROUND, INTO_THE_POST = [0.9, 0.1, 0.1, 0, 0, 0.5], [-0.9, 0.6, 0.3, 0, 0, 0.5]
 
 
+@pytest.mark.slow
 def test_a_dot_at_the_tool_is_where_the_camera_projects_it():
     robot, scene = load_world("h2017", "free")
     q = robot.home + np.array([0.5, -0.3, 0, 0, 0, 0])
@@ -47,6 +48,7 @@ def test_a_dot_at_the_tool_is_where_the_camera_projects_it():
     assert solid.max() < 200  # the arm's dark last link, not the pale floor
 
 
+@pytest.mark.slow
 def test_a_motion_into_an_obstacle_ends_there_in_red():
     robot, scene = load_world("h2017", "table")
     clear, blocked = (motion_run(robot, scene, motion(robot, turn)) for turn in (AROUND, INTO_THE_POST))
@@ -62,6 +64,7 @@ def test_a_motion_into_an_obstacle_ends_there_in_red():
     assert red(blocked) > 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["png", "gif", "mp4", "rrd"])
 def test_a_file_of_each_kind_opens(ending, tmp_path):
     robot, _ = load_world("h2017", "table")

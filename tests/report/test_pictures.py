@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import PIL.Image
+import pytest
 
 from plancurate.errors import PlancurateError
 from plancurate.robots import load_world
@@ -25,6 +26,7 @@ from plancurate.tasks.report.pictures import SIZE, figure_of, rollout_note, stud
 from plancurate.tasks.study.results import study_results
 
 
+@pytest.mark.slow
 def test_the_page_holds_a_picture_with_its_thin_lines_in_their_colours(small_lake: Lake, maker: Any) -> None:
     study = maker.record("tiny", "aaaaaaaa")
     maker.test(study, "General", None, "BC_MLP", "S.")
@@ -62,6 +64,7 @@ def test_a_rollout_alone_says_that_every_other_ended_like_it() -> None:
     assert "the same target" in rollout_note([reached, lost])
 
 
+@pytest.mark.slow
 def test_a_study_that_would_be_another_one_now_has_no_pictures(small_lake: Lake, maker: Any) -> None:
     study = maker.record("tiny", "aaaaaaaa")
     maker.test(study, "General", None, "BC_MLP", "S.")

@@ -93,6 +93,7 @@ def cells(report: Report, key: str) -> dict[tuple[str, str], list[str]]:
     return {(line[0], line[1]): list(line[2:]) for line in shown(report, key).cells}
 
 
+@pytest.mark.slow
 def test_table_a1_shows_rates_gains_ties_and_the_publications_test_beside(
     report: Report, results: StudyResults
 ) -> None:
@@ -114,6 +115,7 @@ def test_table_a1_shows_rates_gains_ties_and_the_publications_test_beside(
     assert lines["Random", "2"][2] == "\N{EN DASH}"
 
 
+@pytest.mark.slow
 def test_verified_rollouts_are_a_column_where_a_study_has_some(
     small_lake: Lake, maker: StudyMaker, study: str
 ) -> None:
@@ -136,6 +138,7 @@ def test_verified_rollouts_are_a_column_where_a_study_has_some(
     assert "the robot may run" in table.note
 
 
+@pytest.mark.slow
 def test_references_stand_below_the_selections_in_the_table_and_beside_them_in_its_record(
     small_lake: Lake, maker: StudyMaker, study: str
 ) -> None:
@@ -178,6 +181,7 @@ def test_table_a3_has_a_column_for_each_distance_with_stars_and_p(report: Report
     assert all(0 < gain["p"] <= gain["holm_p"] <= 1 for gain in gains)
 
 
+@pytest.mark.slow
 def test_failures_show_each_kind_with_its_commonest_detail(small_lake: Lake, maker: Any) -> None:
     study = maker.record("failing", "aaaaaaaa")
     maker.test(study, "General", None, "BC_MLP", "SSCCL...")
@@ -191,6 +195,7 @@ def test_failures_show_each_kind_with_its_commonest_detail(small_lake: Lake, mak
     assert lines["KMeans_Hybrid", "2"] == ["2", "0.0", "0.0", "\N{EN DASH}", "0.0", "\N{EN DASH}", "0.0"]
 
 
+@pytest.mark.slow
 def test_table_a4_has_means_with_t_intervals_and_welch_stars(small_lake: Lake, maker: Any) -> None:
     study = maker.record("far", "aaaaaaaa")
     maker.test(study, "KMeans_Hybrid", 2, "BC_MLP", "SSSS")
@@ -250,6 +255,7 @@ def test_planners_are_shown_by_their_share_of_each_selection(report: Report) -> 
     assert PlannerRow("free", "", "General", None, "RRT", 2, 0.4) in table.rows
 
 
+@pytest.mark.slow
 def test_fresh_targets_come_first_where_a_study_has_some(small_lake: Lake, maker: Any, study: str) -> None:
     maker.test(study, "General", None, "BC_MLP", "S.", kind="unseen")
     report = build_report(study_results(small_lake, study))
@@ -261,6 +267,7 @@ def test_fresh_targets_come_first_where_a_study_has_some(small_lake: Lake, maker
     checked(page(report))
 
 
+@pytest.mark.slow
 def test_agreement_says_sign_significance_and_size(small_lake: Lake, maker: Any) -> None:
     study = maker.record("clear", "aaaaaaaa")
     for selector, budget, outcomes in (
@@ -299,6 +306,7 @@ def test_figures_show_the_leader_s_budget_and_curves_by_budget(report: Report) -
     assert len(pictures["figure_3"].pictures) == 4
 
 
+@pytest.mark.slow
 def test_figures_show_what_leads_with_a_smaller_budget_too(small_lake: Lake, maker: Any) -> None:
     study = maker.record("small", "cccccccc")
     for budget, outcomes in ((1, "SSSS"), (2, "S...")):
@@ -310,6 +318,7 @@ def test_figures_show_what_leads_with_a_smaller_budget_too(small_lake: Lake, mak
     assert "100.0" in {node.text for node in ET.fromstring(figure.pictures[0][1].svg()).iter()}
 
 
+@pytest.mark.slow
 def test_figure_a3_has_intervals_over_selection_seeds(small_lake: Lake, maker: Any, study: str) -> None:
     def intervals() -> int:
         report = build_report(study_results(small_lake, study))
@@ -339,6 +348,7 @@ def test_the_setup_names_all_that_a_repetition_needs(report: Report) -> None:
     )
 
 
+@pytest.mark.slow
 def test_every_command_gives_the_rows_of_its_query(lake: Lake, report: Report) -> None:
     for query in {query.command: query for table in report.tables for query in table.queries}.values():
         program, command, statement = shlex.split(query.command)
@@ -446,6 +456,7 @@ def test_a_report_holds_no_path_of_the_home_it_was_made_in(
         assert not re.search(r'(href|src)="(/|file:)', text), path
 
 
+@pytest.mark.slow
 def test_a_study_without_general_is_compared_with_nothing(small_lake: Lake, maker: Any) -> None:
     study = maker.record("alone", "aaaaaaaa")
     maker.test(study, "Random", 2, "BC_MLP", "S...")
@@ -458,6 +469,7 @@ def test_a_study_without_general_is_compared_with_nothing(small_lake: Lake, make
     checked(page(report))
 
 
+@pytest.mark.slow
 def test_the_report_and_the_terminal_say_how_stably_scores_from_rollouts_rank(
     small_lake: Lake, maker: Any, study: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -487,6 +499,7 @@ def test_reasons_name_what_a_selection_lacks_against_a_random_one() -> None:
     assert fewer.startswith("leaves 1 of 3 targets without data; keeps more trajectories that go a long way")
 
 
+@pytest.mark.slow
 def test_published_selectors_below_random_are_listed_with_their_reasons(
     small_lake: Lake, maker: Any, study: str
 ) -> None:
@@ -500,6 +513,7 @@ def test_published_selectors_below_random_are_listed_with_their_reasons(
     assert "Published selectors below Random" in page(report)
 
 
+@pytest.mark.slow
 def test_several_scenes_stand_in_one_report(small_lake: Lake, maker: Any) -> None:
     study = maker.record("both", "aaaaaaaa", pools=((FREE, ""), (TABLE, "")))
     for pool, general, hybrid in ((FREE, "S...", "SSS."), (TABLE, "....", "SS..")):

@@ -51,6 +51,7 @@ def solve_pose(robot, pose, seed=0, scene=FREE, **options):
     return solve_ik(robot, scene, pose[:3, 3], pose[:3, :3], np.random.default_rng(seed), **options)
 
 
+@pytest.mark.slow
 def test_it_finds_every_free_solution_of_the_closed_form():
     rng = np.random.default_rng(7)
     count = 0
@@ -67,6 +68,7 @@ def test_it_finds_every_free_solution_of_the_closed_form():
     assert count > 150
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), robot=st.sampled_from([*robot_names(), "seven", "scara"]))
 def test_every_solution_meets_its_target_within_limits_and_free(seed, robot, robot_folders):

@@ -45,6 +45,7 @@ def states(robot, count, seed=0):
     return np.random.default_rng(seed).uniform(robot.lower, robot.upper, (count, robot.dof))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", [*robot_names(), "seven", "scara"], indirect=True)
 def test_forward_kinematics_agrees_with_pybullet(robot, judge):
     q = states(robot, 10_000)
@@ -55,6 +56,7 @@ def test_forward_kinematics_agrees_with_pybullet(robot, judge):
     assert apart.magnitude().max() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "scene", "count"),
     [

@@ -26,12 +26,14 @@ def test_code_is_found_in_every_folder() -> None:
     assert {file.relative_to(REPOSITORY).parts[0] for file in CODE} == set(FOLDERS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", CODE, ids=lambda file: str(file.relative_to(REPOSITORY)))
 def test_no_robot_is_named_in_code_or_in_its_comments(file: Path) -> None:
     named = re.compile("|".join(robot_names()), re.IGNORECASE)
     assert not named.findall(file.read_text(encoding="utf-8").replace("pandas", ""))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "file", [f for f in CODE if f.suffix == ".py"], ids=lambda file: str(file.relative_to(REPOSITORY))
 )

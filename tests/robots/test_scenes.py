@@ -70,6 +70,7 @@ def test_a_named_start_is_where_the_robot_begins(tmp_path):
     assert robot.home.tolist() == H2017.home.tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", robot_names())
 @pytest.mark.parametrize("name", scene_names())
 def test_the_start_is_free_with_room_to_spare_in_every_scene(robot, name):
@@ -78,6 +79,7 @@ def test_the_start_is_free_with_room_to_spare_in_every_scene(robot, name):
     assert native.clearance(robot.native, scene.native, robot.home[None])[0] > 0.01 * robot.reach
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["shelf", "passage"])
 @pytest.mark.parametrize("folder", [*robot_names(), "seven"])
 def test_a_start_tool_brings_the_tool_there_pointing_along_the_axis(name, folder, robot_folders):

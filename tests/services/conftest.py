@@ -19,12 +19,13 @@ import pytest
 
 from plancurate.flows.server.services import HOST, free_port
 
-from ..integration.conftest import commands, plancurate, plancurate_on_shared_server
-from ..integration.test_runners import on_threads
+from ..homes import NewHome
+from ..integration.conftest import Command, commands, plancurate, plancurate_on_shared_server
 from ..service_logs import expected_in_logs, no_traceback, no_traceback_in_the_end
+from .tiny_study import Rows, rows_of_a_run
 
 __all__ = [
-    "commands", "expected_in_logs", "no_traceback", "no_traceback_in_the_end", "on_threads", "plancurate",
+    "commands", "expected_in_logs", "no_traceback", "no_traceback_in_the_end", "plancurate",
     "plancurate_on_shared_server",
 ]  # fmt: skip
 
@@ -43,6 +44,14 @@ class Postgres:
     def url(self, database: str, driver: str = "postgresql", password: str = PASSWORD) -> str:
         """Address of a database, as whoever uses it gets it from the environment."""
         return f"{driver}://plancurate:{password}@{HOST}:{self.port}/{database}"
+
+
+@pytest.fixture(scope="session")
+def on_threads(
+    plancurate_on_shared_server: Command, new_home: NewHome, tmp_path_factory: pytest.TempPathFactory
+) -> Rows:
+    """Rows of the tiny study on threads, with files and SQLite: what it must give everywhere else."""
+    return rows_of_a_run(plancurate_on_shared_server, new_home(tmp_path_factory.mktemp("threads")), "threads")
 
 
 @pytest.fixture(scope="session")

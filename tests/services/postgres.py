@@ -13,8 +13,8 @@ from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.mlflow_store import ensure_store
 
 from ..integration.conftest import Command
-from ..integration.test_runners import Rows, rows, words
 from .conftest import PASSWORD, Postgres, holds
+from .tiny_study import Rows, rows, words
 
 
 def variables(server: Postgres) -> dict[str, str]:

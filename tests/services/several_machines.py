@@ -16,9 +16,9 @@ from plancurate.tasks.study.config import load_config
 
 from ..homes import NewHome
 from ..integration.conftest import Command
-from ..integration.test_runners import Rows, rows, words
 from ..lakes import POOL
 from .conftest import BUCKET, SECRET, holds
+from .tiny_study import Rows, rows, words
 
 
 @pytest.mark.parametrize("runner", ["dask", "ray"])

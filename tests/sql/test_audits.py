@@ -62,11 +62,13 @@ def spoil(folder: Path, column: str, value: object) -> None:
         list_files(path.parent, [part.name for part in path.parent.glob("part-*.parquet")])
 
 
+@pytest.mark.slow
 def test_a_sound_lake_passes_every_check(curated: Lake) -> None:
     assert failed_audits(curated) == {}
     assert len(names("audits")) >= 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("table", "column", "value", "check"),
     [
@@ -118,6 +120,7 @@ def test_selections_without_their_trajectories_are_found(curated: Lake) -> None:
     }
 
 
+@pytest.mark.slow
 def test_the_audits_of_a_study_look_at_nothing_of_its_neighbours(curated: Lake) -> None:
     record_selections(curated, "other-1")
     spoil(curated.folder("selections", {**POOL, "study": "other-1"}), "budget", 1)

@@ -134,6 +134,7 @@ def test_results_count_the_last_round_over_seeds(small_lake: Lake, maker: Any) -
     assert rows[0]["success_low"] == pytest.approx(wilson_interval(5, 8).low)
 
 
+@pytest.mark.slow
 def test_the_difference_of_selections_is_that_of_their_ids(small_lake: Lake, maker: Any) -> None:
     for study in (maker.record("tiny", "aaaaaaaa"), maker.record("other", "bbbbbbbb")):  # both use it
         maker.select(study, "KMeans", 1, [(0, "RRT", 0), (1, "RRT", 0)], score=1.5, rank=1)

@@ -122,6 +122,7 @@ def test_targets_that_are_hard_for_both_widen_the_rates_and_not_their_difference
     assert paired.error < 0.5 * apart.error
 
 
+@pytest.mark.slow
 def test_selection_seeds_widen_an_interval_by_their_sample_variance() -> None:
     """Four selections, two always and two never successful: the mean's variance is (1/3) / 4."""
     tested = grid(["1" * 400, "1" * 400, "0" * 400, "0" * 400], "pppp", "0123", "0000")
@@ -133,6 +134,7 @@ def test_selection_seeds_widen_an_interval_by_their_sample_variance() -> None:
     assert interval.high - interval.low > 5 * (alone.high - alone.low)
 
 
+@pytest.mark.slow
 def test_training_seeds_are_drawn_within_their_policy() -> None:
     tested = grid(["1" * 300, "1" * 300, "0" * 300, "0" * 300], "ppqq", "0000", "0101")
     counts = draws(tested)
@@ -166,6 +168,7 @@ def test_what_was_drawn_is_said_in_words() -> None:
     assert varied(grid(["1", "1"], "pq", "01", "00")) == "selection seeds and targets"
 
 
+@pytest.mark.slow
 def test_selections_of_one_law_are_seldom_told_apart() -> None:
     """120 pairs of selections whose networks and targets vary by chance alone: about one in twenty may differ."""
     rng = np.random.default_rng(3)

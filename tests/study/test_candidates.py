@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -30,6 +31,7 @@ def drawn(study: StudyContext) -> list[tuple[int, list[float]]]:
     return [(target.target_id, target.position.tolist()) for target in targets]
 
 
+@pytest.mark.slow
 def test_targets_whose_part_was_lost_are_drawn_again_as_they_were(tmp_path: Path) -> None:
     for count in (2, 4, 6):
         before = drawn(opened(tmp_path, count))

@@ -71,6 +71,7 @@ def compared(lake: Lake, a: str = "a-aaaaaaaa", b: str = "b-bbbbbbbb", **choices
     return compare_studies(lake, a, b, **choices)
 
 
+@pytest.mark.slow
 def test_fields_that_differ_are_named_by_their_paths(lake: Lake) -> None:
     assert compared(lake).fields == [
         FieldDifference("name", "a", "b"),
@@ -80,6 +81,7 @@ def test_fields_that_differ_are_named_by_their_paths(lake: Lake) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_success_is_compared_over_seeds_and_the_policies_that_both_tried(lake: Lake) -> None:
     kmeans, general = compared(lake).results
     assert (kmeans.cell, general.cell) == (KMEANS, GENERAL)
@@ -92,6 +94,7 @@ def test_success_is_compared_over_seeds_and_the_policies_that_both_tried(lake: L
     assert general.b_interval.high - general.b_interval.low > 0.4
 
 
+@pytest.mark.slow
 def test_differences_are_tested_and_adjusted_for_all_rows(lake: Lake) -> None:
     kmeans, general = compared(lake).results
     # The same 20 tests: b alone reaches 10 of them, and of 2 imagined ones each study reaches one alone.
@@ -103,6 +106,7 @@ def test_differences_are_tested_and_adjusted_for_all_rows(lake: Lake) -> None:
     assert kmeans.interval.low > 0.2
 
 
+@pytest.mark.slow
 def test_tests_at_other_places_are_drawn_apart(lake: Lake) -> None:
     maker = StudyMaker(lake)
     elsewhere = maker.record("c", "cccccccc")
@@ -117,6 +121,7 @@ def test_tests_at_other_places_are_drawn_apart(lake: Lake) -> None:
     assert paired.difference == row.difference
 
 
+@pytest.mark.slow
 def test_what_went_over_other_scenes_is_not_compared_over_all(lake: Lake) -> None:
     maker = StudyMaker(lake)
     table, shelf = ({**POOL, "scene": scene, "pool": scene} for scene in ("table", "shelf"))
@@ -135,6 +140,7 @@ def test_what_went_over_other_scenes_is_not_compared_over_all(lake: Lake) -> Non
     ]
 
 
+@pytest.mark.slow
 def test_turned_round_the_differences_change_their_signs(lake: Lake) -> None:
     there = {row.selector: row for row in compared(lake).results}
     back = {row.selector: row for row in compared(lake, "b-bbbbbbbb", "a-aaaaaaaa").results}
@@ -148,6 +154,7 @@ def test_selections_of_only_one_study_are_named(lake: Lake) -> None:
     assert (found.only_a, found.only_b) == ([("free", "", "Random", 20)], [("free", "", "KMeans", 5)])
 
 
+@pytest.mark.slow
 def test_a_study_does_not_differ_from_itself(lake: Lake) -> None:
     found = compared(lake, b="a-aaaaaaaa")
     assert (found.fields, found.only_a, found.only_b) == ([], [], [])
@@ -155,6 +162,7 @@ def test_a_study_does_not_differ_from_itself(lake: Lake) -> None:
     assert found.repeated == 3
 
 
+@pytest.mark.slow
 def test_rates_outside_the_interval_of_before_are_not_repeated(lake: Lake) -> None:
     maker = StudyMaker(lake)
     again = maker.record("again", "cccccccc")
@@ -164,6 +172,7 @@ def test_rates_outside_the_interval_of_before_are_not_repeated(lake: Lake) -> No
     assert (found.repeated, len(found.results)) == (1, 2)
 
 
+@pytest.mark.slow
 def test_unseen_targets_are_compared_apart(lake: Lake) -> None:
     for study, n in (("a-aaaaaaaa", 3), ("b-bbbbbbbb", 4)):
         StudyMaker(lake).test(study, "KMeans", 20, "BC_MLP", successes(n, 8), kind="unseen")
@@ -171,6 +180,7 @@ def test_unseen_targets_are_compared_apart(lake: Lake) -> None:
     assert (row.a, row.b) == (Outcomes(3, 8), Outcomes(4, 8))
 
 
+@pytest.mark.slow
 def test_a_selection_without_a_common_policy_is_not_compared(lake: Lake) -> None:
     maker = StudyMaker(lake)
     other = maker.record("c", "cccccccc")
@@ -203,6 +213,7 @@ def said(capsys: pytest.CaptureFixture[str], lake: Lake, *studies: str, **choice
     return capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_command_shows_setup_results_and_what_only_one_study_has(
     lake: Lake, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -219,6 +230,7 @@ def test_the_command_shows_setup_results_and_what_only_one_study_has(
     assert shown.endswith(f"+25.0 {whole_percents(general.interval)} {general.p_holm:.2g} ns")
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_same_as_json_and_markdown(
     lake: Lake, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -235,6 +247,7 @@ def test_the_command_writes_the_same_as_json_and_markdown(
     assert values["repeated"] == found.repeated
 
 
+@pytest.mark.slow
 def test_the_command_takes_keys_of_earlier_studies(lake: Lake, capsys: pytest.CaptureFixture[str]) -> None:
     maker = StudyMaker(lake)
     later = maker.record("a", "ffffffff", run_at=datetime(2027, 1, 1, tzinfo=UTC))
@@ -246,6 +259,7 @@ def test_the_command_takes_keys_of_earlier_studies(lake: Lake, capsys: pytest.Ca
         said(capsys, lake, "a", "b", key_b="aaaaaaaa")
 
 
+@pytest.mark.slow
 def test_the_command_says_when_nothing_differs_or_nothing_is_shared(
     lake: Lake, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -36,6 +36,7 @@ def copy_into_damage(lake: Lake, study: str) -> None:
     shutil.copytree(folder, folder.with_name("study=other-bbbbbbbb"))
 
 
+@pytest.mark.slow
 def test_a_damaged_pool_and_study_stop_nothing_of_their_neighbours(small_lake: Lake, study: str) -> None:
     before, audits = study_results(small_lake, study), failed_audits(small_lake, {**POOL, "study": study})
     copy_into_damage(small_lake, study)

@@ -19,6 +19,7 @@ def store(root: Path) -> None:
     keep(trained("BC_MLP"), root / "network", None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fault", "fewest"), [("kill", 8), ("full", 5)])
 def test_a_fault_at_any_write_of_a_network(
     fault: str, fewest: int, tmp_path: Path, write_faults: WriteFaults

@@ -123,6 +123,7 @@ def test_targets_go_round_the_scenes_and_no_test_lies_in_one_of_them() -> None:
     )
 
 
+@pytest.mark.slow
 def test_each_candidate_is_free_in_the_scene_of_its_target(study: StudyContext, pool: PoolContext) -> None:
     rows = study.lake.read("trajectories", pool.partition).to_pylist()
     verified = [row for row in rows if row["verified"]]
@@ -138,6 +139,7 @@ def test_each_candidate_is_free_in_the_scene_of_its_target(study: StudyContext, 
     )
 
 
+@pytest.mark.slow
 def test_goals_continue_a_references_whatever_other_targets_there_are(
     study: StudyContext, pool: PoolContext
 ) -> None:
@@ -177,6 +179,7 @@ def test_what_is_seen_along_a_trajectory_is_observed_once(
     np.testing.assert_array_equal(first.observations, second.observations)
 
 
+@pytest.mark.slow
 def test_tests_are_rolled_out_each_in_its_own_scene(study: StudyContext, pool: PoolContext) -> None:
     tests, policy = study_tests(study, pool), trained_on(study)
     assert tests.kind.count("unseen_scene") == 6
@@ -219,6 +222,7 @@ def test_a_replayed_trajectory_must_be_free_where_it_is_replayed(
     assert not free.all()
 
 
+@pytest.mark.slow
 def test_results_have_rows_of_scenes_that_nobody_trained_in(study: StudyContext, pool: PoolContext) -> None:
     network = first_network(study)
     evaluate_networks(study, [network])
@@ -244,6 +248,7 @@ def test_what_is_done_in_one_scene_is_refused(pool: PoolContext) -> None:
         pool.require_one_scene("predict")
 
 
+@pytest.mark.slow
 def test_what_is_observed_there_names_only_studies_whose_scenes_vary(tmp_path: Path) -> None:
     terms = {"varying_observation": ["goal_offset", "nearest_obstacle"]}
     assert opened(tmp_path).key != opened(tmp_path, **terms).key

@@ -106,6 +106,7 @@ def test_a_first_run_says_that_there_is_nothing_to_compare_with(study: StudyCont
     assert run_line(study, frozenset(), []).endswith(" training targets, 1 network tested")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("now", "chance"), [("S" * 30, "better"), ("S" * 11, "it may be chance"), ("", "worse")]
 )

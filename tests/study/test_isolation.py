@@ -61,6 +61,7 @@ def answers(lake: Lake, study: str) -> dict[str, list[Any]]:
     return found
 
 
+@pytest.mark.slow
 def test_a_second_study_in_the_same_home_changes_no_number_of_the_first(
     small_lake: Lake, maker: Any, study: str
 ) -> None:
@@ -72,6 +73,7 @@ def test_a_second_study_in_the_same_home_changes_no_number_of_the_first(
     assert study_results(small_lake, study) == before
 
 
+@pytest.mark.slow
 def test_only_the_studys_own_candidates_count(small_lake: Lake, study: str) -> None:
     planners = small_lake.query("results/planners", study=study).to_pylist()
     assert [(row["planner"], row["runs"]) for row in planners] == [("PRM", 6)]  # 2 targets, 3 runs
@@ -83,6 +85,7 @@ def test_only_the_studys_own_candidates_count(small_lake: Lake, study: str) -> N
     )
 
 
+@pytest.mark.slow
 def test_the_way_of_the_shortest_is_that_of_the_studys_own_shortest(small_lake: Lake, maker: Any) -> None:
     """The pool's shortest to target 0 is of another planner and another goal configuration."""
     shortest = small_lake.sql(
@@ -97,6 +100,7 @@ def test_the_way_of_the_shortest_is_that_of_the_studys_own_shortest(small_lake: 
     assert row.shortest_way == 1.0
 
 
+@pytest.mark.slow
 def test_studies_join_with_what_they_made(small_lake: Lake, maker: Any, study: str) -> None:
     add_neighbours(maker)
     for statement, n in (
@@ -108,6 +112,7 @@ def test_studies_join_with_what_they_made(small_lake: Lake, maker: Any, study: s
         assert small_lake.sql(statement).num_rows == n
 
 
+@pytest.mark.slow
 def test_a_name_means_its_last_run_and_a_key_an_earlier_one(small_lake: Lake, maker: Any, study: str) -> None:
     assert find_study(small_lake, "tiny") == study
     add_neighbours(maker)

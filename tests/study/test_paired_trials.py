@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.study.comparison import compare_studies
 
@@ -11,6 +13,7 @@ XS = [0.1 * i for i in range(40)]
 OUTCOMES = "S." * 20
 
 
+@pytest.mark.slow
 def test_the_same_target_is_paired_whatever_its_number(maker: StudyMaker, small_lake: Lake) -> None:
     a, b, c = (maker.record(name, f"{name}{name}") for name in "abc")
     maker.test(a, "KMeans", 20, "BC_MLP", OUTCOMES, kind="unseen", xs=XS)

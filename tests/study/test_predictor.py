@@ -40,10 +40,12 @@ def chosen(lake: Lake, study: str, **asked: str) -> tuple[str, str, int]:
     return row.selector, row.policy, row.seed
 
 
+@pytest.mark.slow
 def test_the_verdict_s_selection_with_its_best_policy_and_seed_predicts(small_lake: Lake, study: str) -> None:
     assert chosen(small_lake, study) == ("KMeans", "BC_RNN", 1)
 
 
+@pytest.mark.slow
 def test_what_is_asked_for_is_taken_and_the_rest_the_best(small_lake: Lake, study: str) -> None:
     assert chosen(small_lake, study, policy="BC_MLP") == ("KMeans", "BC_MLP", 1)
     assert chosen(small_lake, study, selector="General") == ("General", "BC_MLP", 0)
@@ -51,6 +53,7 @@ def test_what_is_asked_for_is_taken_and_the_rest_the_best(small_lake: Lake, stud
     assert chosen(small_lake, study, selector="KMeans k=2") == ("KMeans", "BC_RNN", 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
@@ -66,6 +69,7 @@ def test_names_that_the_study_does_not_have_are_refused(
         chosen(small_lake, study, **asked)
 
 
+@pytest.mark.slow
 def test_only_networks_after_the_last_round_of_corrections_predict(small_lake: Lake, maker: Any) -> None:
     name = maker.record("corrected", "aaaaaaaa")
     maker.test(name, "General", None, "BC_MLP", outcomes(40), round=0)
@@ -73,6 +77,7 @@ def test_only_networks_after_the_last_round_of_corrections_predict(small_lake: L
     assert chosen_row(small_lake, name, Choice(name)).round == 1
 
 
+@pytest.mark.slow
 def test_of_several_scenes_one_must_be_named(small_lake: Lake, maker: Any) -> None:
     name = maker.record("two", "aaaaaaaa", [(FREE, ""), (TABLE, "")])
     for pool, policy in ((FREE, "BC_MLP"), (TABLE, "BC_RNN")):

@@ -39,6 +39,7 @@ def counted(rows: list[ReferenceRow]) -> list[tuple[object, ...]]:
     return [(row.scene, row.reference, row.n, row.successes, row.hard_n, row.hard_successes) for row in rows]
 
 
+@pytest.mark.slow
 def test_references_are_counted_by_scene_and_over_all_of_them(small_lake: Lake, study: str) -> None:
     results = study_results(small_lake, study)
     rows = results.on("unseen").references
@@ -62,6 +63,7 @@ def test_references_are_counted_by_scene_and_over_all_of_them(small_lake: Lake, 
     ]
 
 
+@pytest.mark.slow
 def test_the_verdict_says_how_far_the_best_selection_is_from_a_planner(small_lake: Lake, study: str) -> None:
     (verdict,) = verdicts(study_results(small_lake, study))
     assert verdict.ceiling == (

@@ -44,6 +44,7 @@ def summary(results: StudyResults, selector: str, scene: str = "free") -> Summar
     return next(row for row in rows if (row.selector, row.scene) == (selector, scene))
 
 
+@pytest.mark.slow
 def test_networks_are_counted_one_by_one_with_wilsons_interval(results: StudyResults) -> None:
     rows = results.on("displaced").networks
     counts = [
@@ -89,6 +90,7 @@ def test_totals_run_over_policies_and_seeds(results: StudyResults) -> None:
     assert summary(results, "General").interval_over == "targets only"
 
 
+@pytest.mark.slow
 def test_displaced_tests_that_were_left_out_are_counted(small_lake: Lake, maker: Any) -> None:
     study = maker.record("left-out", "aaaaaaaa", pools=[(FREE, ""), (TABLE, "")])
     maker.test(study, "General", None, "BC_MLP", 45 * "S")  # of 3 targets with 16 tests each
@@ -99,6 +101,7 @@ def test_displaced_tests_that_were_left_out_are_counted(small_lake: Lake, maker:
     assert study_results(small_lake, few).dropped_tests == 2
 
 
+@pytest.mark.slow
 def test_the_hard_subset_is_counted_apart(small_lake: Lake, maker: Any) -> None:
     study = maker.record("hard", "aaaaaaaa")
     maker.test(study, "General", None, "BC_MLP", "SSS.")
@@ -142,6 +145,7 @@ def test_ranks_go_by_rate_and_ties_by_the_test_against_the_first(results: StudyR
     ]
 
 
+@pytest.mark.slow
 def test_what_is_clearly_worse_does_not_tie(small_lake: Lake, maker: Any) -> None:
     study = maker.record("clear", "aaaaaaaa")
     maker.test(study, "General", None, "BC_MLP", 20 * "S" + 20 * ".")
@@ -183,6 +187,7 @@ def test_unseen_targets_are_reported_apart_and_first(results: StudyResults, lake
     assert headline_networks(lake, results.study.study) == results.headline.networks
 
 
+@pytest.mark.slow
 def test_a_kind_of_test_that_a_study_lacks_is_named(small_lake: Lake, maker: Any) -> None:
     study = maker.record("plain", "aaaaaaaa")
     maker.test(study, "General", None, "BC_MLP", "S")
@@ -203,6 +208,7 @@ def scenes(lake: Lake) -> StudyResults:
     return study_results(lake, study)
 
 
+@pytest.mark.slow
 def test_several_scenes_have_rows_of_their_own_and_a_total(scenes: StudyResults) -> None:
     rows = [
         (row.scene, row.selector, row.successes, row.n, row.tests, row.rank)
@@ -227,6 +233,7 @@ def test_several_scenes_have_rows_of_their_own_and_a_total(scenes: StudyResults)
     assert {row.scene for row in scenes.headline.networks} == {"free", "table"}
 
 
+@pytest.mark.slow
 def test_variants_of_candidates_are_kept_apart(small_lake: Lake, maker: Any) -> None:
     other = {**FREE, "pool": "777777"}
     study = maker.record("variants", "aaaaaaaa", pools=((FREE, "pose"), (other, "nearest")))
@@ -239,6 +246,7 @@ def test_variants_of_candidates_are_kept_apart(small_lake: Lake, maker: Any) -> 
     ]
 
 
+@pytest.mark.slow
 def test_selection_times_are_means_over_selection_seeds(small_lake: Lake, maker: Any) -> None:
     study = maker.record("times", "aaaaaaaa")
     for seed, seconds in enumerate((1.0, 2.0, 3.0)):
@@ -259,6 +267,7 @@ def test_selection_times_are_means_over_selection_seeds(small_lake: Lake, maker:
     assert (general.n, general.interval, general.published) == (1, None, 0.0)
 
 
+@pytest.mark.slow
 def test_a_pool_of_copies_is_called_degenerate(small_lake: Lake, maker: Any) -> None:
     same = {"joint_movement": 1.0, "path_length": 1.0, "smoothness": 1.0}
     for run in range(7):
@@ -269,6 +278,7 @@ def test_a_pool_of_copies_is_called_degenerate(small_lake: Lake, maker: Any) -> 
     assert (pool.candidates, pool.distinct, pool.degenerate) == (7, 1, True)
 
 
+@pytest.mark.slow
 def test_results_are_of_the_last_round_and_rows_of_every_one(small_lake: Lake, maker: Any) -> None:
     study = maker.record("rounds", "aaaaaaaa")
     for round, outcomes in enumerate(("S...", "SS..", "SSS.")):

@@ -51,6 +51,7 @@ def lines(tests: KindResults) -> list[str]:
     return [line.rstrip() for line in text.getvalue().splitlines()]
 
 
+@pytest.mark.slow
 def test_the_matrix_has_a_column_for_each_policy_in_80_characters(tests: KindResults) -> None:
     shown = lines(tests)
     assert max(map(len, shown)) <= 80
@@ -74,6 +75,7 @@ def test_the_matrix_has_a_column_for_each_policy_in_80_characters(tests: KindRes
     assert "| General | all | 20.0 | 20.0 | 20.0 | 20.0 | 20.0 |" in matrix_markdown(tests)
 
 
+@pytest.mark.slow
 def test_of_several_scenes_the_matrix_has_a_column_each_and_their_total(small_lake: Lake, maker: Any) -> None:
     study = maker.record("both", "aaaaaaaa", pools=((FREE, ""), (TABLE, "")))
     for pool, general, hybrid in ((FREE, "S...", "SSS."), (TABLE, "....", "SS..")):
@@ -101,6 +103,7 @@ def test_printed_rows_leave_out_columns_that_say_nothing(tests: KindResults) -> 
     assert report_markdown(tests.networks).splitlines()[-1].startswith("| General | all | BC_RNN_MDN |")
 
 
+@pytest.mark.slow
 def test_the_report_command_shows_the_study_that_was_asked_for(
     small_lake: Lake, maker: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -121,6 +124,7 @@ def test_the_report_command_shows_the_study_that_was_asked_for(
         report(study="tiny", kind="unseen", options=HomeOptions(home=home))
 
 
+@pytest.mark.slow
 def test_printed_rows_are_of_every_kind_of_test_unless_one_is_named(
     small_lake: Lake, maker: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -141,6 +145,7 @@ def test_printed_rows_are_of_every_kind_of_test_unless_one_is_named(
     assert json.loads(capsys.readouterr().out) == rows[1:]
 
 
+@pytest.mark.slow
 def test_a_degenerate_pool_is_called_so_wherever_its_results_are_shown(
     small_lake: Lake, maker: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:

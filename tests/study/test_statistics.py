@@ -163,6 +163,7 @@ def test_welch_without_spread_knows_equal_from_different_and_one_value_says_noth
     assert moments([5.0]) == Moments(5.0, None, 1)
 
 
+@pytest.mark.slow
 def test_holm_is_statsmodels() -> None:
     p = np.random.default_rng(0).beta(0.3, 1, 40).round(2)  # some are equal
     assert holm(p.tolist()) == pytest.approx(multipletests(p, method="holm")[1], abs=1e-15)

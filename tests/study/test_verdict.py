@@ -20,6 +20,7 @@ def the_verdict(lake: Lake, study: str) -> Verdict:
     return verdict
 
 
+@pytest.mark.slow
 def test_a_clear_winner_is_named_with_its_gain_and_how_to_get_it(small_lake: Lake, maker: Any) -> None:
     study = maker.record("clear", "aaaaaaaa")
     for seed in (0, 1):
@@ -40,6 +41,7 @@ def test_a_clear_winner_is_named_with_its_gain_and_how_to_get_it(small_lake: Lak
     ]
 
 
+@pytest.mark.slow
 def test_ties_are_named_as_ties_and_the_cheapest_of_them_is_chosen(small_lake: Lake, maker: Any) -> None:
     study = maker.record("ties", "aaaaaaaa")
     for i, selector in enumerate(("A", "B", "C", "D", "E")):
@@ -54,6 +56,7 @@ def test_ties_are_named_as_ties_and_the_cheapest_of_them_is_chosen(small_lake: L
     assert any("Of them E k=2 takes the least time to select (1 s)" in step for step in verdict.steps)
 
 
+@pytest.mark.slow
 def test_where_nothing_beats_general_it_says_so(small_lake: Lake, maker: Any) -> None:
     study = maker.record("general", "aaaaaaaa")
     maker.test(study, "General", None, "BC_MLP", GOOD)
@@ -72,6 +75,7 @@ def test_a_gain_that_may_be_chance_is_called_so(small_lake: Lake, maker: Any) ->
     assert len(verdict.best) == 2
 
 
+@pytest.mark.slow
 def test_a_degenerate_pool_is_called_so_first(small_lake: Lake, maker: Any) -> None:
     for run in range(4):
         same = {"joint_movement": 1.0, "path_length": 1.0, "smoothness": 1.0}
@@ -81,6 +85,7 @@ def test_a_degenerate_pool_is_called_so_first(small_lake: Lake, maker: Any) -> N
     assert "scene free is degenerate: only 1 of its 4 candidates" in the_verdict(small_lake, study).steps[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("labels", [("", ""), ("pose", "nearest")])
 def test_scenes_have_one_verdict_and_variants_one_each(
     small_lake: Lake, maker: Any, labels: tuple[str, str]

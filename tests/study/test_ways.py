@@ -55,6 +55,7 @@ def labelled(tmp_path_factory: pytest.TempPathFactory) -> StudyContext:
     return study
 
 
+@pytest.mark.slow
 def test_a_target_is_labelled_when_all_its_planners_have_planned(tmp_path: Path) -> None:
     study = opened(tmp_path)
     plan(study, 1)
@@ -68,6 +69,7 @@ def test_a_target_is_labelled_when_all_its_planners_have_planned(tmp_path: Path)
     assert unlabelled(study) == []
 
 
+@pytest.mark.slow
 def test_ways_are_the_labels_of_all_candidates_of_a_target(labelled: StudyContext) -> None:
     (pool,) = labelled.pools
     rows = labelled.lake.sql(
@@ -110,6 +112,7 @@ def test_other_planners_are_labelled_apart(labelled: StudyContext) -> None:
     assert labelled.lake.sql("SELECT * FROM ways").num_rows == before + len(own)
 
 
+@pytest.mark.slow
 def test_a_pool_counts_goal_configurations_and_ways_a_target(small_lake: Lake, maker: Any) -> None:
     study = maker.record("tiny", "aaaaaaaa")
     (pool,) = study_pools(small_lake, study)

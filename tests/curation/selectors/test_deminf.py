@@ -70,6 +70,7 @@ def test_few_steps_tell_nothing() -> None:
     assert of_steps(few, few, DemInfSettings(), np.random.default_rng(0)).tolist() == [0.0] * 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("defect", ["detour", "reversal", "stall", "wrong_target"])
 def test_candidates_with_a_defect_score_lower(bed: Bed, badness: np.ndarray, defect: str) -> None:
     assert auroc(bed, badness, defect) > 0.8
@@ -81,6 +82,7 @@ def test_a_chunk_is_the_steps_to_come_within_the_candidate() -> None:
     assert chunks(two, 3).tolist() == [[0, 1, 2], [1, 2, 2], [2, 2, 2], [3, 4, 4], [4, 4, 4]]
 
 
+@pytest.mark.slow
 def test_the_native_form_keeps_its_share_of_the_pool(bed: Bed) -> None:
     n = bed.pool.candidates.num_rows
     assert len(chosen(bed, "DemInf_Native", budget=None).ids) == -(-n // 2)

@@ -178,6 +178,7 @@ def test_the_lowest_keys_of_the_first_group_come_first_then_those_of_the_next() 
     assert kept.cluster.tolist() == [0, 0, 0, 1, 2, 2, 2, 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("budget", [1, 4, 9])
 def test_k_times_targets_are_kept_each_once_and_again(name: str, budget: int) -> None:

@@ -73,6 +73,7 @@ def fingerprint(bed: Bed, name: str, **params: object) -> str:
     return hashlib.sha256("\n".join(kept.ids).encode()).hexdigest()[:16]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n for n in selector_names() if not n.startswith(tuple(LEARNED))])
 def test_selections_change_with_the_revision_alone(bed: Bed, name: str) -> None:
     assert fingerprint(bed, name) == FROZEN[name, find_selector(name).revision], ADVICE.format(name=name)

@@ -95,6 +95,7 @@ POOLS = st.tuples(st.integers(0, 10_000), st.integers(1, 6), st.integers(3, 9))
 BUDGETS = st.integers(1, 3)
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(made_of=POOLS, budget=BUDGETS, seed=st.integers(0, 2**31 - 1))
 @pytest.mark.parametrize("name", [*PER_TARGET, "RuleBased_General"])
@@ -113,6 +114,7 @@ def test_selections_are_part_of_the_pool_within_budget_and_repeatable(
     assert again.selection_id == selection.selection_id
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(made_of=POOLS, budget=BUDGETS, order=st.randoms(use_true_random=False))
 @pytest.mark.parametrize("name", [*PER_TARGET, "RuleBased_General", "General"])
@@ -126,6 +128,7 @@ def test_the_order_of_rows_does_not_matter(  # type: ignore[no-untyped-def]
     assert run(name, other, budget).kept.equals(run(name, pool, budget).kept)
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(made_of=POOLS, budget=BUDGETS)
 @pytest.mark.parametrize("name", HYBRIDS)

@@ -28,6 +28,7 @@ def added(request):
     return request.getfixturevalue(request.param)
 
 
+@pytest.mark.slow
 def test_every_corner_of_every_mesh_lies_in_one_of_its_links_shapes(added):
     urdf = next(added.folder.parents[1].rglob(f"{added.folder.name}.urdf"))
     solids = read_solids(read_source(urdf, Findings()), (), Findings())
@@ -139,6 +140,7 @@ def test_a_file_without_links_is_told_from_one_without_a_base(tmp_path):
         read_source(urdf, Findings())
 
 
+@pytest.mark.slow
 def test_limits_that_are_left_out_can_be_given(tmp_path):
     urdf = five_joint_arm(tmp_path)
     urdf.write_text(urdf.read_text().replace('velocity="2"', "").replace('effort="80"', 'effort="0"'))
@@ -151,6 +153,7 @@ def test_limits_that_are_left_out_can_be_given(tmp_path):
     assert robot.effort.tolist() == [70] * 5
 
 
+@pytest.mark.slow
 def test_an_srdf_switches_pairs_off_and_gives_a_home(tmp_path):
     srdf = tmp_path / "arm.srdf"
     joints = "".join(f'<joint name="joint{n}" value="{0.2 * n}"/>' for n in range(1, 6))
@@ -179,6 +182,7 @@ def test_check_measures_the_fit_again_and_refuses_shapes_that_no_longer_hold_the
         check_robot(spoilt, urdf, ())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["panda", "xarm6"])
 def test_the_shipped_robots_load_and_say_where_they_are_from(name):
     robot = load_robot(name)

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from plancurate import native
 from plancurate.robots import load_robot, load_scene
@@ -28,6 +29,7 @@ def test_home_is_one_that_is_free_in_the_scenes_that_start_from_it(tmp_path):
     assert native.is_free(ROBOT.native, scene.native, other[None])[0]
 
 
+@pytest.mark.slow
 def test_where_no_home_is_free_everywhere_it_is_the_one_for_the_floor(tmp_path):
     blocked = ball_at(native.joint_frames(ROBOT.native, ROBOT.home[None])[0, 1, :3, 3], tmp_path)
     np.testing.assert_array_equal(choose_home(ROBOT, FLOOR, [blocked]), choose_home(ROBOT, FLOOR, []))

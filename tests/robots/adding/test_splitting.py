@@ -61,6 +61,7 @@ def split(model, meshes):
     return split_where_it_pays(alone, rooms, apart), apart, apart.refused(alone).mean()
 
 
+@pytest.mark.slow
 def test_splits_win_back_the_states_in_which_links_pass_each_other(split):
     clusters, apart, lost_before = split
     assert lost_before == 1.0
@@ -81,6 +82,7 @@ def _mesh(triangles):
     return {"vertices": triangles.reshape(-1, 3), "faces": np.arange(3 * len(triangles)).reshape(-1, 3)}
 
 
+@pytest.mark.slow
 def test_links_with_the_same_primitives_are_split_each_for_itself(model, meshes):
     room = surroundings(meshes["link0"])
     brackets = fit(meshes["link0"], 1, room)
@@ -92,6 +94,7 @@ def test_links_with_the_same_primitives_are_split_each_for_itself(model, meshes)
     assert found["link1"] == brackets
 
 
+@pytest.mark.slow
 def test_splits_are_judged_by_states_that_are_free_for_the_meshes(model, meshes):
     bar = block((0.4, 0.02, 0.02), (0.2, 0, 0.05))  # passes over the flat part, and hits the post at -1.1 rad
     solids = {
@@ -110,6 +113,7 @@ def test_splits_are_judged_by_states_that_are_free_for_the_meshes(model, meshes)
     assert len(apart.states) > 0.8 * (~hits).sum()
 
 
+@pytest.mark.slow
 def test_robots_add_splits_what_fitting_again_leaves(model, meshes, monkeypatch):
     monkeypatch.setattr(refining, "ROUNDS", 0)
     solids = {link: Solid((), triangles) for link, triangles in meshes.items()}
@@ -118,6 +122,7 @@ def test_robots_add_splits_what_fitting_again_leaves(model, meshes, monkeypatch)
     assert free.mean() > 0.94
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "file"), [("panda", "franka_panda/panda.urdf"), ("xarm6", "xarm/xarm6_robot.urdf")]
 )

@@ -1,17 +1,12 @@
-"""A study gives the same rows wherever its task runs work, and whoever works beside it."""
+"""A study as small as can be, and all rows of it that its settings decide."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from plancurate.tasks.lake.store import Lake
 
-from ..homes import NewHome
-from .commands import Commands
-from .conftest import Command
-from .test_resume import assert_sound
+from ..integration.conftest import Command
 
 TINY = """
 n_targets: 2
@@ -51,37 +46,3 @@ def rows_of_a_run(plancurate: Command, home: Path, runner: str) -> Rows:
     done = plancurate(*words(home, "tiny", runner))
     assert done.returncode == 0, done.stderr
     return rows(home, "tiny")
-
-
-@pytest.fixture(scope="module")
-def on_threads(
-    plancurate_on_shared_server: Command, new_home: NewHome, tmp_path_factory: pytest.TempPathFactory
-) -> Rows:
-    return rows_of_a_run(plancurate_on_shared_server, new_home(tmp_path_factory.mktemp("threads")), "threads")
-
-
-@pytest.mark.parametrize("runner", ["processes", "dask"])
-def test_a_study_writes_the_same_rows_on_every_runner(
-    plancurate_on_shared_server: Command,
-    on_threads: Rows,
-    new_home: NewHome,
-    tmp_path: Path,
-    runner: str,
-) -> None:
-    assert all(on_threads)
-    assert rows_of_a_run(plancurate_on_shared_server, new_home(tmp_path), runner) == on_threads
-
-
-def test_studies_at_once_in_a_home_write_what_each_writes_alone(
-    commands: Commands, shared_server: str, on_threads: Rows, new_home: NewHome, tmp_path: Path
-) -> None:
-    home = new_home(tmp_path / "home")
-    started = [
-        commands.start(*words(home, name, "threads"), PREFECT_API_URL=shared_server)
-        for name in ("tiny", "other")
-    ]
-    for one in started:
-        done = one.result()
-        assert done.returncode == 0, done.stderr
-    assert rows(home, "tiny") == rows(home, "other") == on_threads
-    assert_sound(home)
