@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 LONGEST = (
-    "integration/test_study", "integration/test_docs", "integration/test_resume", "flows/test_server",
+    "integration/test_study", "flows/test_server", "integration/test_resume", "integration/test_docs",
     "integration/test_refine", "integration/test_import", "curation/selectors/test_cupid",
     "integration/test_mlflow_loss", "integration/test_all_planners", "integration/test_goals_and_references",
     "integration/test_bad_input", "integration/test_notebook",
@@ -45,7 +45,7 @@ def pytest_itemcollected(item: pytest.Function) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
-    """Begin with the files that take longest, and let one worker make the smoke study while the other serves."""
+    """Begin with the files that take longest, and let one worker make the smoke study while another does without it."""
     first = {f"tests/{name}.py": place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: first.get(item.location[0], len(first)))
 
