@@ -17,9 +17,10 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from plancurate import __version__
 from plancurate.errors import IncompleteError, PlancurateError, shortened
 from plancurate.flows.cli.console import complain, output
+from plancurate.flows.cli.stopping import INTERRUPTED, ends_on_ctrl_c
 from plancurate.yaml_files import parse_yaml
 
-USER_ERROR, INCOMPLETE, INTERRUPTED = 2, 1, 130
+USER_ERROR, INCOMPLETE = 2, 1
 # What a disk refuses, a user can mend.
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 REFUSALS = {
@@ -110,7 +111,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Run the command line; a user's mistake ends it with one line and exit code 2."""
     try:
         words = gathered([as_json(word) for word in (sys.argv[1:] if argv is None else argv)])
-        app(words, exit_on_error=False, print_error=False, console=output)
+        with ends_on_ctrl_c():
+            app(words, exit_on_error=False, print_error=False, console=output)
     except (CycloptsError, PlancurateError) as error:
         stop(str(error), USER_ERROR)
     except OSError as error:
@@ -122,7 +124,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     except IncompleteError as error:
         stop(str(error), INCOMPLETE)
     except KeyboardInterrupt:
-        stop("stopped; the same command goes on from here", INTERRUPTED)
+        sys.exit(INTERRUPTED)
 
 
 def no_room(error: OSError) -> str:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from plancurate.flows.cli.console import complain
+from plancurate.flows.cli.stopping import leave
 from plancurate.flows.server.own_server import serving
 from plancurate.flows.server.services import last_line
 from plancurate.tasks.lake.home import Home
@@ -51,6 +50,4 @@ def _end(home: Home) -> None:
         f"{log}: the Prefect server of this run ended, its last words: {last_line(log)}; what was finished is kept, "
         "and the same command goes on from here"
     )
-    for child in multiprocessing.active_children():
-        child.kill()
-    os._exit(EXIT_CODE)
+    leave(EXIT_CODE)

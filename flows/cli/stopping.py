@@ -1,0 +1,51 @@
+"""Ctrl-C is answered at once, and the command ends within seconds, whatever its threads are at."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NoReturn
+
+from plancurate.flows.cli.console import complain
+
+INTERRUPTED = 130
+GRACE_S = 3.0
+
+
+@contextmanager
+def ends_on_ctrl_c() -> Iterator[None]:
+    """Let Ctrl-C raise KeyboardInterrupt inside, and end the process if it is still there a little later.
+
+    A flow waits for its task runs, and those that train or roll out in threads can't be interrupted for minutes. To the
+    lake such an end is what a kill is: the same command goes on from there.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    started_to_ignore_it = before is not signal.default_int_handler
+    if started_to_ignore_it or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    signal.signal(signal.SIGINT, _interrupted)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def leave(code: int) -> NoReturn:
+    """End this process and those that it started, now."""
+    for child in multiprocessing.active_children():
+        child.kill()
+    os._exit(code)
+
+
+def _interrupted(*_: object) -> NoReturn:
+    signal.signal(signal.SIGINT, lambda *_: leave(INTERRUPTED))  # who asks twice means it
+    complain("stopped; the same command goes on from here")
+    timer = threading.Timer(GRACE_S, leave, [INTERRUPTED])
+    timer.daemon = True
+    timer.start()
+    raise KeyboardInterrupt
