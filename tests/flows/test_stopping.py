@@ -7,6 +7,8 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -15,7 +17,8 @@ from plancurate.flows.cli.stopping import GRACE_S, INTERRUPTED, ends_on_ctrl_c
 from ..homes import environment
 
 AT_WORK = """
-import time
+import signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # what runs the tests may have been told to ignore it
 import plancurate.flows.cli.app as command_line
 from prefect import flow, task
 
@@ -35,47 +38,48 @@ command_line.main([])
 SOON_S = GRACE_S + 7
 
 
-def run_until_at_work(server: str) -> subprocess.Popen[str]:
-    variables = environment(PREFECT_API_URL=server)
-    pipe = subprocess.PIPE
-    run = subprocess.Popen(
-        [sys.executable, "-c", AT_WORK], env=variables, stdout=pipe, stderr=pipe, text=True
-    )
-    assert run.stdout is not None
-    assert run.stdout.readline() == "at work\n"
-    return run
-
-
 @pytest.mark.parametrize("times", [1, 2])
 def test_ctrl_c_ends_a_command_within_seconds_and_with_one_line(shared_server: str, times: int) -> None:
-    run = run_until_at_work(shared_server)
-    try:
-        asked = time.monotonic()
-        for _ in range(times):
-            run.send_signal(signal.SIGINT)
-            time.sleep(0.5)
-        _, said = run.communicate(timeout=50)
-    finally:
-        run.kill()
+    command, pipe = [sys.executable, "-c", AT_WORK], subprocess.PIPE
+    variables = environment(PREFECT_API_URL=shared_server)
+    with subprocess.Popen(command, env=variables, stdout=pipe, stderr=pipe, text=True) as run:
+        try:
+            assert run.stdout is not None
+            assert run.stdout.readline() == "at work\n"
+            asked = time.monotonic()
+            for _ in range(times):
+                run.send_signal(signal.SIGINT)
+                time.sleep(0.5)
+            _, said = run.communicate(timeout=50)
+        finally:
+            run.kill()
     assert run.returncode == INTERRUPTED
     assert time.monotonic() - asked < (SOON_S if times == 1 else GRACE_S)
     lines = [line for line in said.splitlines() if line.startswith("plancurate: ")]
     assert lines == ["plancurate: stopped; the same command goes on from here"]
 
 
-def test_where_ctrl_c_is_ignored_or_not_ours_it_stays_so() -> None:
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        with ends_on_ctrl_c():
-            assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGINT, before)
+@pytest.fixture
+def handler() -> Iterator[Any]:
+    """Python's own answer to Ctrl-C, which what runs the tests may have been told to ignore."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield signal.default_int_handler
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_is_ours_as_long_as_it_lasts(handler: Any) -> None:
     with ends_on_ctrl_c():
-        assert signal.getsignal(signal.SIGINT) is not before
-    assert signal.getsignal(signal.SIGINT) is before
+        assert signal.getsignal(signal.SIGINT) is not handler
+    assert signal.getsignal(signal.SIGINT) is handler
 
 
-def test_in_a_thread_nothing_is_changed() -> None:
+def test_where_ctrl_c_is_ignored_it_stays_so(handler: Any) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with ends_on_ctrl_c():
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+
+
+def test_in_a_thread_nothing_is_changed(handler: Any) -> None:
     seen: list[object] = []
 
     def run() -> None:
@@ -85,4 +89,4 @@ def test_in_a_thread_nothing_is_changed() -> None:
     thread = threading.Thread(target=run)
     thread.start()
     thread.join()
-    assert seen == [signal.default_int_handler]
+    assert seen == [handler]
