@@ -24,15 +24,18 @@ def ends_on_ctrl_c() -> Iterator[None]:
     lake such an end is what a kill is: the same command goes on from there.
     """
     before = signal.getsignal(signal.SIGINT)
-    started_to_ignore_it = before is not signal.default_int_handler
-    if started_to_ignore_it or threading.current_thread() is not threading.main_thread():
+    ours = before is signal.default_int_handler  # else whoever started this process had it ignore Ctrl-C
+    if not ours or threading.current_thread() is not threading.main_thread():
         yield
         return
     signal.signal(signal.SIGINT, _interrupted)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        if (
+            signal.getsignal(signal.SIGINT) is _interrupted
+        ):  # or it is on its way out, and the next Ctrl-C ends it
+            signal.signal(signal.SIGINT, before)
 
 
 def leave(code: int) -> NoReturn:

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -67,6 +67,17 @@ def ready(home: Home) -> Serving:
     return Serving(process, home, note["prefect"], note["mlflow"])
 
 
+@contextmanager
+def served(home: Home) -> Iterator[Serving]:
+    """A home that is served until it is killed."""
+    services = ready(home)
+    try:
+        yield services
+    finally:
+        services.process.kill()
+        services.process.communicate()
+
+
 @pytest.fixture(scope="module")
 def home(new_home: NewHome, tmp_path_factory: pytest.TempPathFactory) -> Home:
     return Home(new_home(tmp_path_factory.mktemp("served")))
@@ -75,23 +86,15 @@ def home(new_home: NewHome, tmp_path_factory: pytest.TempPathFactory) -> Home:
 @pytest.fixture(scope="module")
 def serving(home: Home) -> Iterator[Serving]:
     """The services that the tests share: they take longer to start than all that is asked of them."""
-    served = ready(home)
-    try:
-        yield served
-    finally:
-        served.process.kill()
-        served.process.communicate()
+    with served(home) as services:
+        yield services
 
 
 @pytest.fixture
 def restarted(home: Home) -> Iterator[Serving]:
     """The same home, served again after the process before it was killed."""
-    served = ready(home)
-    try:
-        yield served
-    finally:
-        served.process.kill()
-        served.process.communicate()
+    with served(home) as services:
+        yield services
 
 
 def request(serving: Serving, method: str, path: str, body: Any = None) -> Any:
