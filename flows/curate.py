@@ -33,7 +33,7 @@ def curate(config: SelectionsConfig, home: str = "") -> None:
     for pool in study.pools:
         if left_out := [choice.label for choice in config.selectors if not applies(choice, pool)]:
             tell(
-                f"  scene {pool.title}: not by {', '.join(left_out)}, which roll out, train or time in one scene"
+                f"  scene {pool.title}: without {', '.join(left_out)}: who rolls out, trains or times needs one scene"
             )
     with stage("curate", len(wanted), "selections") as bar:
         calls = ((reference(study), selection, selection.title) for selection in wanted)
