@@ -167,7 +167,8 @@ def compare_influence(problem: Problem, clone: Path) -> None:
     for aggregation, summed in (("mean", code.mean_of_mean_influence), ("sum", code.sum_of_sum_influence)):
         settings = cupid.InfluenceSettings(projection=8, aggregation=aggregation)
         rows = target_rows(problem)
-        ours = cupid.score(policy, demos, rows, rollouts, problem.pool.n_targets, settings, "all", SEED).psi
+        found = cupid.score(policy, demos, rows, rollouts, problem.pool.n_targets, settings, SEED)
+        ours = found["all"].psi
         projections = influence.draw_projections(policy.network, 8, np.random.default_rng(SEED))
         gradients = influence.Gradients(policy.network, projections, settings.output, policy.sigma)
         shown, done = (written_out(gradients, steps) for steps in (demos, rollouts.steps))

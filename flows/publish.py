@@ -65,7 +65,7 @@ def track_calls(study: StudyRef, run: StudyRun, networks: Sequence[Network]) -> 
 
     Each call would wait for it in vain, a few seconds.
     """
-    together = groups(networks)
+    together = groups(study.open(), networks)
     for call in zip(together, titles(together), strict=True):
         check_reachable(run.uri)
         yield (study, run, *call)

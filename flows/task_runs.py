@@ -148,7 +148,7 @@ def run_all(
 
 def run_groups(task: Task[..., Any], study: StudyContext, networks: Sequence[Network], ended: Ended) -> None:
     """Run a task for these networks, some of a policy and pool at once: its arguments are study, networks, title."""
-    together = groups(networks)
+    together = groups(study, networks)
     calls = ((reference(study), *call) for call in zip(together, titles(together), strict=True))
     run_all(task, calls, study.config.workers, ended, runner=shared_runner(study.config))
 

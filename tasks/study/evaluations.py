@@ -28,7 +28,7 @@ from plancurate.tasks.learning.training_goals import FloatArray
 from plancurate.tasks.motion.rollout import goals_of
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.identity import digest
-from plancurate.tasks.study.networks import Network, load_network, wanted_networks
+from plancurate.tasks.study.networks import Network, load_network, twins, wanted_networks
 from plancurate.tasks.study.scenes import in_their_order, rows_by_scene
 from plancurate.tasks.study.selections import make_selection, study_pool, wanted_selections
 
@@ -139,18 +139,20 @@ def _take_over(study: StudyContext, pool: PoolContext, network: Network) -> bool
 
 
 def evaluate_networks(study: StudyContext, networks: Sequence[Network]) -> int:
-    """Roll networks of one policy and pool out together, write one part of trials for each.
+    """Roll networks of one policy and pool out together, twins once, and write one part of trials for each.
 
     Gives how many rollouts.
     """
     torch.set_num_threads(1)  # a group a core, as in training
     pool = study.pool(networks[0].selection.pool)
-    trained = [load_network(study, network) for network in networks]
+    alike = twins(study, networks)
+    trained = [load_network(study, same[0]) for same in alike]
     tables = rolled_out(study, pool, trained)
-    for network, policy, trials in zip(networks, trained, tables, strict=True):
-        rows = trial_rows(study, network, policy, trials)
-        key = evaluation_id(study, network)
-        study.lake.write("evaluations", study.study_partition(pool), key, rows, study.metadata)
+    for same, policy, trials in zip(alike, trained, tables, strict=True):
+        for network in same:
+            rows = trial_rows(study, network, policy, trials)
+            key = evaluation_id(study, network)
+            study.lake.write("evaluations", study.study_partition(pool), key, rows, study.metadata)
     return len(networks) * len(study_tests(study, pool))
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from functools import lru_cache
+from itertools import chain, pairwise
 from pathlib import Path
 from uuid import uuid4
 
@@ -22,7 +23,7 @@ from plancurate.tasks.learning.policies import TrainedPolicy, load_policy
 from plancurate.tasks.study.context import StudyContext
 from plancurate.tasks.study.demonstrations import selected_demonstrations
 from plancurate.tasks.study.identity import digest
-from plancurate.tasks.study.selections import WantedSelection
+from plancurate.tasks.study.selections import WantedSelection, make_selection
 
 GROUP = 24
 """Networks trained in one task run at most: enough to share each operation, few enough to see them come."""
@@ -117,19 +118,30 @@ def load_network(study: StudyContext, network: Network) -> TrainedPolicy:
     return load_policy(folder)
 
 
-def groups(networks: Sequence[Network]) -> list[tuple[Network, ...]]:
-    """Return networks in groups to be worked on together: one policy and pool, at most GROUP, about equal.
+def groups(study: StudyContext, networks: Sequence[Network]) -> list[tuple[Network, ...]]:
+    """Return networks in groups to be worked on together: one policy and pool, about equal, at most GROUP unlike ones.
 
     Neighbours stay together, for they mostly learn from the same selection, whose demonstrations are then built once.
     """
     kinds = dict.fromkeys((network.policy, network.selection.pool) for network in networks)
     result: list[tuple[Network, ...]] = []
     for kind in kinds:
-        own = [n for n in networks if (n.policy, n.selection.pool) == kind]
+        own = twins(study, [n for n in networks if (n.policy, n.selection.pool) == kind])
         count = -(-len(own) // GROUP)
         ends = [len(own) * i // count for i in range(count + 1)]
-        result += [tuple(own[begin:end]) for begin, end in pairwise(ends)]
+        result += [tuple(chain.from_iterable(own[begin:end])) for begin, end in pairwise(ends)]
     return result
+
+
+def twins(study: StudyContext, networks: Sequence[Network]) -> list[list[Network]]:
+    """Return networks of one policy and pool with those together that come out the same: what one did holds for all.
+
+    They learn from the same from the same seed: selectors often keep the same trajectories.
+    """
+    found: dict[tuple[str, int], list[Network]] = {}
+    for network in networks:
+        found.setdefault((material(study, network), network.seed), []).append(network)
+    return list(found.values())
 
 
 def titles(together: Sequence[tuple[Network, ...]]) -> list[str]:
@@ -143,26 +155,36 @@ def titles(together: Sequence[tuple[Network, ...]]) -> list[str]:
 
 
 def train_networks(study: StudyContext, networks: Sequence[Network]) -> None:
-    """Train networks of one policy together and keep each in a folder of its own."""
+    """Train networks of one policy and pool together, twins once, and keep each in a folder of its own."""
     torch.set_num_threads(1)  # a group a core: threads inside one small network spin more than they compute
-    data: dict[str, Demonstrations] = {}  # networks that learn from the same share it
-    for network in networks:
-        if (key := material(network)) not in data:
+    alike = twins(study, networks)
+    unlike = [same[0] for same in alike]
+    data: dict[str, Demonstrations] = {}  # networks of different seeds learn from the same
+    for network in unlike:
+        if (key := material(study, network)) not in data:
             learnt = [after_round(study, network, r).network_id for r in range(1, network.round + 1)]
             data[key] = selected_demonstrations(study, network.selection, learnt)
     trained = train.train(
         networks[0].policy,
-        [data[material(network)] for network in networks],
-        [network.seed for network in networks],
+        [data[material(study, network)] for network in unlike],
+        [network.seed for network in unlike],
         study.pool(networks[0].selection.pool).training(study.config),
     )
-    for network, result in zip(networks, trained, strict=True):
-        keep(result, network_folder(study, network), study.lake.bucket)
+    for same, result in zip(alike, trained, strict=True):
+        for network in same:
+            keep(result, network_folder(study, network), study.lake.bucket)
 
 
-def material(network: Network) -> str:
-    """Name what a network learns from: its selection, and corrections of its own."""
-    return network.network_id if network.round else network.selection.selection_id
+def material(study: StudyContext, network: Network) -> str:
+    """Name what a network learns from: what its selection keeps, or after corrections what is its own."""
+    return network.network_id if network.round else kept_content(study, network.selection)
+
+
+@lru_cache(maxsize=4096)  # short names of selections that are too large to be kept all
+def kept_content(study: StudyContext, selection: WantedSelection) -> str:
+    """Name what a selection keeps by its content: selectors of different names may keep the same."""
+    kept = make_selection(study, selection).kept.select(["trajectory_id", "steps", "weight", "q"])
+    return digest(kept.to_pylist())
 
 
 def keep(policy: TrainedPolicy, folder: Path, bucket: Bucket | None) -> None:

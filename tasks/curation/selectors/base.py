@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import json
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 import duckdb
 import numpy as np
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from plancurate.robots.scene import Scene
 
 IntArray = npt.NDArray[np.int64]
+T = TypeVar("T")
 ENTRY_POINTS = "plancurate.selectors"
 
 
@@ -38,6 +41,8 @@ class Stopwatch:
 
     clock: Callable[[], float]
     seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
+    recalled_s: float = 0.0
+    """Of these, what was spent before this selection began."""
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
@@ -47,6 +52,12 @@ class Stopwatch:
             yield
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + self.clock() - start
+
+    def recall(self, seconds: Mapping[str, float]) -> None:
+        """Count time by stage that was spent earlier on what is used again now."""
+        for stage, spent in seconds.items():
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + spent
+        self.recalled_s += sum(seconds.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +81,31 @@ class Problem:
     def sql(self, name: str, **parameters: object) -> pa.Table:
         """Run sql/<name>.sql on the candidates."""
         return self.connection.sql(load(name), params=parameters or None).to_arrow_table()
+
+    def once(self, what: Hashable, make: Callable[[], T]) -> T:
+        """Return what `make` gives, from memory where an earlier selection of this pool and seed asked for the same.
+
+        For scores, a few numbers a candidate, that cost much and do not depend on the budget; `what` names the
+        method and all of its settings. Their time counts in each selection as if they were made for it alone.
+        """
+        learning = json.dumps(self.learning.identity(get_args(Used)), sort_keys=True)
+        key = (what, self.pool.hash, tuple(self.pool.partition.items()), self.seed, learning)
+        if key in _made_before:
+            value, spent = _made_before[key]
+            self.stage.recall(spent)
+            return value  # type: ignore[no-any-return]
+        before = dict(self.stage.seconds)
+        value = make()
+        spent = {stage: s - before.get(stage, 0.0) for stage, s in self.stage.seconds.items()}
+        _made_before[key] = value, spent
+        while len(_made_before) > MADE_BEFORE:
+            _made_before.popitem(last=False)
+        return value
+
+
+MADE_BEFORE = 4
+"""What `Problem.once` remembers: scores by a few seeds, for a study makes the selections of one budget first."""
+_made_before: OrderedDict[Hashable, tuple[Any, dict[str, float]]] = OrderedDict()
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from pydantic import Field
@@ -38,6 +38,7 @@ from plancurate.tasks.curation.selectors.sampled_policy import (
     Rollouts,
     SampledPolicy,
     Steps,
+    base_policy,
     pool_demonstrations,
     roll_out,
     sampled_policy,
@@ -46,7 +47,6 @@ from plancurate.tasks.curation.selectors.sampled_policy import (
 from plancurate.tasks.curation.selectors.transitions import target_rows
 from plancurate.tasks.learning.demonstrations import FloatArray, IntArray
 from plancurate.tasks.learning.settings import TrainSettings
-from plancurate.tasks.learning.train import train
 
 Objective = Literal["target", "all"]
 SHARES = (0.05, 0.95)
@@ -92,7 +92,7 @@ class Influence:
     """(c,) each: by every other rollout to each target alone, and by the rest."""
 
 
-@selector("CUPID", CupidSettings, estimated=True, uses=USES, revision=2)
+@selector("CUPID", CupidSettings, estimated=True, uses=USES, revision=3)
 def cupid(problem: Problem, settings: CupidSettings) -> Kept:
     """Keep the k trajectories of each target with the highest influence on a policy's return there."""
     found = influences(problem, settings, settings.objective)
@@ -100,7 +100,7 @@ def cupid(problem: Problem, settings: CupidSettings) -> Kept:
     return replace(kept, split_half=split_half(found.halves, target_rows(problem)))
 
 
-@selector("CUPID_Global", InfluenceSettings, estimated=True, uses=USES, revision=2)
+@selector("CUPID_Global", InfluenceSettings, estimated=True, uses=USES, revision=3)
 def cupid_global(problem: Problem, settings: InfluenceSettings) -> Kept:
     """Keep the k x targets trajectories with the highest influence on a policy's return, wherever they lead."""
     found = influences(problem, settings, "all")
@@ -108,7 +108,7 @@ def cupid_global(problem: Problem, settings: InfluenceSettings) -> Kept:
     return replace(kept, split_half=split_half(found.halves, np.zeros(len(found.psi), np.int64)))
 
 
-@selector("CUPID_Native", CupidNativeSettings, budgeted=False, estimated=True, uses=USES, revision=2)
+@selector("CUPID_Native", CupidNativeSettings, budgeted=False, estimated=True, uses=USES, revision=3)
 def cupid_native(problem: Problem, settings: CupidNativeSettings) -> Kept:
     """Keep all but the third of the pool with the lowest influence on a policy's return."""
     found = influences(problem, settings, "all")
@@ -118,19 +118,24 @@ def cupid_native(problem: Problem, settings: CupidNativeSettings) -> Kept:
 
 
 def influences(problem: Problem, settings: InfluenceSettings, objective: Objective) -> Influence:
-    """Influence of all candidates of the pool."""
-    training = base_training(problem, settings)
+    """Influence of all candidates of the pool, whatever the budget is."""
+    what = tuple(getattr(settings, name) for name in InfluenceSettings.model_fields)
+    return problem.once(("CUPID", what), lambda: estimated_influences(problem, settings))[objective]
+
+
+def estimated_influences(problem: Problem, settings: InfluenceSettings) -> dict[Objective, Influence]:
+    """Train the base policy, roll it out, and estimate the influence of all candidates on either objective."""
     with problem.stage("prepare"):
         data = pool_demonstrations(problem)
     with problem.stage("base_policy"):
-        trained = train("BC_MLP", [data], [problem.seed], training)[0]
+        trained = base_policy(problem, data, base_training(problem, settings))
         steps = standardised_steps(data, trained)
         policy = sampled_policy(trained, steps)
     with problem.stage("rollouts"):
         rollouts = roll_out(problem, policy, settings.rollouts)
     with problem.stage("score"):
         rows, n_targets = target_rows(problem), problem.pool.n_targets
-        return score(policy, steps, rows, rollouts, n_targets, settings, objective, problem.seed)
+        return score(policy, steps, rows, rollouts, n_targets, settings, problem.seed)
 
 
 def base_training(problem: Problem, settings: InfluenceSettings) -> TrainSettings:
@@ -146,10 +151,9 @@ def score(
     rollouts: Rollouts,
     n_targets: int,
     settings: InfluenceSettings,
-    objective: Objective,
     seed: int,
-) -> Influence:
-    """Influence of demonstrations that lead to targets in the given rows (demos,)."""
+) -> dict[Objective, Influence]:
+    """Influence, on either objective, of demonstrations that lead to targets in the given rows (demos,)."""
     projections = draw_projections(policy.network, settings.projection, np.random.default_rng(seed))
     gradients = Gradients(policy.network, projections, settings.output, policy.sigma)
     of_rollouts = _of_trajectories(gradients, rollouts.steps, settings.aggregation)
@@ -158,12 +162,16 @@ def score(
     hessian = Hessian(gram(shown), settings.ridge)
     scale = np.sqrt(hessian.self_influence(of_demos)) if settings.normalise else 1.0
 
-    def psi(which: slice) -> FloatArray:
+    def psi(objective: Objective, which: slice) -> FloatArray:
         returns, reached_for = rollouts.returns[which], rollouts.target[which]
         of_return = return_gradients(of_rollouts[which], returns, reached_for, n_targets, objective)
         return np.asarray(np.einsum("cd,cd->c", of_demos, hessian.solve(of_return)[target]) / scale)
 
-    return Influence(psi(slice(None)), (psi(slice(0, None, 2)), psi(slice(1, None, 2))))
+    every, one_half, other_half = slice(None), slice(0, None, 2), slice(1, None, 2)
+    return {
+        objective: Influence(psi(objective, every), (psi(objective, one_half), psi(objective, other_half)))
+        for objective in get_args(Objective)
+    }
 
 
 def _of_trajectories(gradients: Gradients, steps: Steps, aggregation: Aggregation) -> FloatArray:

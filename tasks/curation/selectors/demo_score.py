@@ -25,6 +25,7 @@ from plancurate.tasks.curation.selectors.sampled_policy import (
     Rollouts,
     SampledPolicy,
     Steps,
+    base_policy,
     network_of,
     pool_demonstrations,
     roll_out,
@@ -32,7 +33,6 @@ from plancurate.tasks.curation.selectors.sampled_policy import (
 )
 from plancurate.tasks.curation.selectors.success_classifier import Classifier, Labelled, fit
 from plancurate.tasks.learning.demonstrations import Demonstrations, FloatArray
-from plancurate.tasks.learning.train import train
 
 USES: tuple[Used, ...] = ("training", "evaluation", "timing")
 
@@ -48,14 +48,14 @@ class DemoScoreSettings(Settings):
     classifier_steps: int = Field(2000, ge=1, description="gradient steps of a classifier")
 
 
-@selector("DemoSCORE", DemoScoreSettings, uses=USES)
+@selector("DemoSCORE", DemoScoreSettings, uses=USES, revision=2)
 def demo_score(problem: Problem, settings: DemoScoreSettings) -> Kept:
     """Keep the k trajectories of each target that look most like a policy's successful rollouts."""
     score, _ = likeness(problem, settings)
     return highest_of_scope(problem, score, "target")
 
 
-@selector("DemoSCORE_Native", DemoScoreSettings, budgeted=False, uses=USES)
+@selector("DemoSCORE_Native", DemoScoreSettings, budgeted=False, uses=USES, revision=2)
 def demo_score_native(problem: Problem, settings: DemoScoreSettings) -> Kept:
     """Keep what looks more like success than a policy's rollouts do in the mean."""
     score, threshold = likeness(problem, settings)
@@ -63,7 +63,13 @@ def demo_score_native(problem: Problem, settings: DemoScoreSettings) -> Kept:
 
 
 def likeness(problem: Problem, settings: DemoScoreSettings) -> tuple[FloatArray, float]:
-    """Mean chance of success of each candidate's states (candidates,), and that of all rollouts.
+    """Mean chance of success of each candidate's states (candidates,), and that of all rollouts."""
+    what = tuple(getattr(settings, name) for name in DemoScoreSettings.model_fields)
+    return problem.once(("DemoSCORE", what), lambda: learnt_likeness(problem, settings))
+
+
+def learnt_likeness(problem: Problem, settings: DemoScoreSettings) -> tuple[FloatArray, float]:
+    """Train policies and classifiers for `likeness`.
 
     Where every policy's rollouts all end alike nothing can be learned from them: a half for all.
     """
@@ -92,7 +98,7 @@ def policies_rollouts(
         steps = max(1, most * part // settings.policies)
         with problem.stage("base_policy"):
             own = training.model_copy(update={"steps": steps})
-            trained = train("BC_MLP", [data], [problem.seed], own)[0]
+            trained = base_policy(problem, data, own)
             shown = standardised_steps(data, trained)
             policy = SampledPolicy(network_of(trained), 0.0, trained)  # it acts as it was trained to
         with problem.stage("rollouts"):

@@ -10,6 +10,7 @@ import numpy as np
 from plancurate.tasks.curation.pool import Pool
 from plancurate.tasks.curation.selectors.base import Problem
 from plancurate.tasks.curation.selectors.influence import Network
+from plancurate.tasks.curation.selectors.networks import one_thread
 from plancurate.tasks.curation.selectors.transitions import target_rows
 from plancurate.tasks.learning.demonstrations import (
     Demonstrations,
@@ -23,7 +24,9 @@ from plancurate.tasks.learning.policies.batches import standardised
 from plancurate.tasks.learning.policies.mlp import MLPPolicy
 from plancurate.tasks.learning.policies.trained import TrainedPolicy
 from plancurate.tasks.learning.rollouts import Trials
+from plancurate.tasks.learning.settings import TrainSettings
 from plancurate.tasks.learning.test_targets import directions
+from plancurate.tasks.learning.train import train
 
 DISPLACED_M = 0.05
 """Largest displacement of a rollout's target from the training target."""
@@ -93,6 +96,12 @@ def pool_demonstrations(problem: Problem) -> Demonstrations:
     paths = problem.waypoints(pool.candidates["trajectory_id"].to_pylist())
     targets = pool.target_positions()[target_rows(problem)]
     return demonstrations(problem.robot, problem.scene, paths, targets, problem.learning.training)
+
+
+def base_policy(problem: Problem, data: Demonstrations, settings: TrainSettings) -> TrainedPolicy:
+    """Train a BC_MLP on demonstrations from the selection's seed: on any number of cores the same one."""
+    with one_thread():
+        return train("BC_MLP", [data], [problem.seed], settings)[0]
 
 
 def network_of(trained: TrainedPolicy) -> Network:

@@ -106,7 +106,7 @@ def select(
             )
         with watch("select"):
             rows = _kept_rows(pool, kept)
-        elapsed = clock() - start
+        elapsed = clock() - start + watch.recalled_s
     return Selection(
         selection_id=selection_id(chosen, pool, budget, seed, settings.model_dump(), learning),
         selector=labelled(name, params or {}),

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import time
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -15,7 +16,7 @@ from scipy.stats import spearmanr
 
 from plancurate.tasks.candidates.targets import Target
 from plancurate.tasks.curation.learning_settings import LearningSettings
-from plancurate.tasks.curation.selectors import cupid
+from plancurate.tasks.curation.selectors import base, cupid
 from plancurate.tasks.curation.selectors import sampled_policy as cupid_rollouts
 from plancurate.tasks.curation.selectors.base import Problem, Stopwatch
 from plancurate.tasks.curation.selectors.cupid import InfluenceSettings
@@ -48,7 +49,7 @@ from plancurate.tasks.learning.settings import EvaluateSettings, TrainSettings
 from plancurate.tasks.learning.test_targets import displaced_tests
 from plancurate.tasks.learning.train import train
 
-from .defects import LEARNING, ROBOT, SCENE, Bed, auroc, defective_pool
+from .defects import LEARNING, ROBOT, SCENE, Bed, auroc, chosen, defective_pool
 
 pytestmark = pytest.mark.training
 
@@ -77,8 +78,8 @@ class Worked:
         settings = InfluenceSettings.model_validate(params)
         rows = target_rows(self.problem)
         return cupid.score(
-            self.policy, self.steps, rows, self.rollouts, TARGETS, settings, objective, self.problem.seed
-        )
+            self.policy, self.steps, rows, self.rollouts, TARGETS, settings, self.problem.seed
+        )[objective]
 
 
 def problem_of(bed: Bed) -> Problem:
@@ -438,3 +439,43 @@ def test_the_base_policy_may_observe_goals_and_is_rolled_out_to_those_of_near_ta
         assert apart.min() < 0.5
     basic = run("CUPID", bed, 2)
     assert basic.selection_id != run("CUPID", bed, 2, learning=learning).selection_id
+
+
+def test_budgets_share_one_estimate_whose_time_counts_in_each(
+    worked: Worked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(base, "_made_before", OrderedDict())
+    bed, trained = worked.bed, []
+
+    def counted(*given: Any) -> TrainedPolicy:
+        trained.append(given)
+        return cupid_rollouts.base_policy(*given)
+
+    monkeypatch.setattr(cupid, "base_policy", counted)
+    first, more, native = (
+        chosen(bed, name, budget, **QUICK)
+        for name, budget in (("CUPID", 1), ("CUPID", 5), ("CUPID_Native", None))
+    )
+    assert len(trained) == 1
+    estimated = sum(first.seconds[stage] for stage in ("base_policy", "rollouts", "score"))
+    for other in (more, native):
+        assert other.seconds["rollouts"] == first.seconds["rollouts"]
+        assert other.selection_time_s > 0.9 * estimated  # though it took next to nothing now
+    chosen(bed, "CUPID", 1, seed=1, **QUICK)
+    chosen(bed, "CUPID", 1, **QUICK | {"rollouts": 11})
+    assert len(trained) == 3
+    base._made_before.clear()
+    assert chosen(bed, "CUPID", 5, **QUICK).kept.equals(more.kept)
+
+
+def test_the_base_policy_is_trained_on_one_thread(worked: Worked, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On two, sums were now and then added in another order, and the same command kept others."""
+    threads, seen = torch.get_num_threads(), []
+    monkeypatch.setattr(cupid_rollouts, "train", lambda *_: seen.append(torch.get_num_threads()) or [None])
+    try:
+        torch.set_num_threads(2)
+        cupid_rollouts.base_policy(worked.problem, worked.data, LEARNING.training)
+        assert seen == [1]
+        assert torch.get_num_threads() == 2
+    finally:
+        torch.set_num_threads(threads)
