@@ -9,6 +9,7 @@ from prefect.cache_policies import NO_CACHE
 
 from plancurate.errors import IncompleteError
 from plancurate.flows.begin import begin
+from plancurate.flows.events import tell_pool_ready
 from plancurate.flows.forms import PoolConfig
 from plancurate.flows.label import label_all
 from plancurate.flows.progress import stage
@@ -87,9 +88,10 @@ def plan_all(study: StudyContext, parts: list[Part]) -> None:
 
 
 def say_what_pools_are_worth(study: StudyContext) -> None:
-    """Print how many candidates of each pool differ and in how many ways: curation can only choose among those."""
+    """Say how many candidates of each pool differ and in how many ways: curation can only choose among those."""
     for pool in study_pools(study.lake, study.study):
         tell(f"  {text.group(pool)}: {text.pool(pool)}", style="yellow" if pool.degenerate else "dim")
+        tell_pool_ready(study, pool)
 
 
 # No tags: for a tagged task run Prefect asks its server for a concurrency slot, a tenth of the run's own work.

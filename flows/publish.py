@@ -9,6 +9,7 @@ from prefect import flow, task
 from prefect.cache_policies import NO_CACHE
 
 from plancurate.flows.cli.tables import matrix_markdown
+from plancurate.flows.events import tell_study_published
 from plancurate.flows.forms import WholeConfig
 from plancurate.flows.progress import stage
 from plancurate.flows.run_page import show_text, write_log
@@ -57,6 +58,7 @@ def publish(config: WholeConfig, home: str = "") -> list[str]:
         log_report(run, study.home.reports / study.study)
         write_catalog(study.lake.root)
         finish_study(run, table, {**best, "networks": float(len(networks))}, selections)
+    tell_study_published(study.study, report.verdict)
     return champions
 
 

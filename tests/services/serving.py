@@ -105,6 +105,12 @@ def request(serving: Serving, method: str, path: str, body: Any = None) -> Any:
         return answer.json() if answer.content else None
 
 
+def events(serving: Serving, prefix: str) -> list[dict[str, Any]]:
+    """What Prefect's event feed shows of events whose names begin so."""
+    asked = {"filter": {"event": {"prefix": [prefix]}}}
+    return list(request(serving, "POST", "/events/filter", asked)["events"])
+
+
 def ended(serving: Serving, run_id: str, state: str = "COMPLETED") -> dict[str, Any]:
     """Wait for a flow run, which must end in this state."""
     run: dict[str, Any] = {"state_type": "SCHEDULED"}
@@ -168,6 +174,13 @@ def test_a_deployment_runs_through_the_worker_and_fills_the_served_home(serving:
     assert ended(serving, run["id"])["name"] == "generate served"
     rows = Lake(serving.home.lake).connect().sql("SELECT DISTINCT planner FROM trajectories").fetchall()
     assert rows == [("RRTConnect",)]
+    assert true_within(30, lambda: bool(events(serving, "plancurate.pool")))
+    (event,) = events(serving, "plancurate.pool")
+    assert event["event"] == "plancurate.pool.ready"
+    assert event["resource"]["prefect.resource.name"] == "scene free"
+    assert event["payload"]["targets"] == 1
+    assert 0 < event["payload"]["distinct"] <= event["payload"]["candidates"] == 3
+    assert run["id"] in str(event["related"])
 
 
 def test_a_cancelled_run_ends_and_the_next_one_goes_on(serving: Serving) -> None:
