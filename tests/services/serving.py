@@ -286,6 +286,9 @@ def test_a_study_is_started_watched_and_compared_in_a_browser(serving: Serving, 
         ended(serving, run["id"])
         watch_run(page, serving.prefect, pictures)
         compare(page, serving.mlflow, pictures)
+    (published,) = events(serving, "plancurate.study")
+    assert published["resource"]["prefect.resource.name"].startswith("first-")
+    assert published["payload"]["verdict"]
     documented = DOCS / "operations"
     assert {file.name for file in documented.iterdir()} == {
         "form.png",
