@@ -108,7 +108,7 @@ def tested_at_unseen(study: StudyContext) -> dict[tuple[str, str], Tested]:
     found: dict[tuple[str, str], Tested] = {}
     for network in wanted_networks(study, study_selections(study)) if rows else []:
         row = rows.get(cell_of_network(study, network))
-        if row and network.round == study.config.corrections.rounds:
+        if row and network.round == study.config.corrections.rounds and network.cluster is None:
             of_policy = found.setdefault((network.selection.pool, network.policy), {})
             of_policy[evaluation_id(study, network)] = row
     return found

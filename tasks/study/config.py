@@ -100,6 +100,11 @@ class StudyConfig(Settings):
         description="Policies to train.",
         json_schema_extra=offers(registered_policies),
     )
+    one_policy_a_cluster: bool = Field(
+        False,
+        description="Train a policy on each cluster of a selection alone and leave each test to that of the nearest "
+        "cluster, instead of one policy on all that a selection keeps.",
+    )
     seeds: tuple[Seed, ...] = Field((0,), min_length=1, description="Training seeds.")
     training: TrainSettings = Field(TrainSettings(), description="Networks and optimisation.")
     corrections: CorrectionSettings = Field(
@@ -176,6 +181,14 @@ class StudyConfig(Settings):
                 f"corrections.rounds = {self.corrections.rounds}: corrections begin at rest on the way, which only arc "
                 f"steps allow; training.demonstration_steps is '{steps}', it must be 'arc'"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _clusters_fit(self) -> StudyConfig:
+        others = {"corrections.rounds": self.corrections.rounds, "verified_tests": self.verified_tests}
+        for name, value in others.items():
+            if self.one_policy_a_cluster and value:
+                raise PlancurateError(f"{name} = {value}: with one_policy_a_cluster it must be 0")
         return self
 
     @field_validator("budgets")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import pyarrow.compute as pc
 
 from plancurate.robots import Robot, Scene
 from plancurate.tasks.curation.pool import FloatArray, load_waypoints, waypoint_arrays
@@ -71,13 +72,16 @@ class Shown:
 
 
 def selected_demonstrations(
-    study: StudyContext, wanted: WantedSelection, corrected: Sequence[str] = ()
+    study: StudyContext, wanted: WantedSelection, corrected: Sequence[str] = (), cluster: int | None = None
 ) -> Demonstrations:
     """Read a selection's trajectories from the lake as demonstrations, then the corrections of networks by their ids.
 
-    Corrections are drawn as often as anything else, but no more often than the study's `most_share` allows.
+    Those of one cluster alone where it is given. Corrections are drawn as often as anything else, but no more often
+    than the study's `most_share` allows.
     """
     pool, selection = study.pool(wanted.pool), make_selection(study, wanted)
+    if cluster is not None:
+        selection = replace(selection, kept=selection.kept.filter(pc.field("cluster") == cluster))
     more = study.lake.query("study/corrections", networks=list(corrected), **pool.partition)
     steps, weight = selection.kept["steps"].to_pylist(), selection.kept["weight"]
     targets = [*selection.kept["target_id"].to_pylist(), *more["target_id"].to_pylist()]

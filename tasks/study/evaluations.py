@@ -26,6 +26,7 @@ from plancurate.tasks.learning.test_targets import (
 )
 from plancurate.tasks.learning.training_goals import FloatArray
 from plancurate.tasks.motion.rollout import goals_of
+from plancurate.tasks.study.clusters import nearest_clusters
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.identity import digest
 from plancurate.tasks.study.networks import Network, load_network, twins, wanted_networks
@@ -68,10 +69,9 @@ def goals_at(
 
 
 def network_goals(
-    study: StudyContext, pool: PoolContext, trained: Sequence[TrainedPolicy]
+    study: StudyContext, pool: PoolContext, trained: Sequence[TrainedPolicy], tests: TargetsUnderTest
 ) -> FloatArray | None:
     """Return goal configurations (networks, tests, n) by what each network was shown; None where no term needs any."""
-    tests = study_tests(study, pool)
     scenes, numbers = tested_scenes(pool, tests), tests.test_id.tolist()
     goals = [goals_at(study, pool, policy, scenes, tests.position, numbers) for policy in trained]
     shown = [one for one in goals if one is not None]
@@ -113,7 +113,16 @@ def evaluation_id(study: StudyContext, network: Network) -> str:
 
 def count_rollouts(study: StudyContext, networks: Sequence[Network]) -> int:
     """Count the trials of networks."""
-    return sum(len(study_tests(study, study.pool(network.selection.pool))) for network in networks)
+    return sum(len(own_tests(study, network)) for network in networks)
+
+
+def own_tests(study: StudyContext, network: Network) -> TargetsUnderTest:
+    """Return the tests that a network is to answer: its pool's, or those of them nearest to its cluster."""
+    tests = study_tests(study, study.pool(network.selection.pool))
+    if network.cluster is None:
+        return tests
+    nearest = nearest_clusters(study, network.selection, tests.position)
+    return tests.take(np.flatnonzero(nearest == network.cluster))
 
 
 def missing_evaluations(study: StudyContext) -> list[Network]:
@@ -123,6 +132,7 @@ def missing_evaluations(study: StudyContext) -> list[Network]:
         known = study.lake.keys("evaluations", study.study_partition(pool))
         wanted = wanted_networks(study, wanted_selections(study, pool, study_pool(study, pool)))
         left = [network for network in wanted if evaluation_id(study, network) not in known]
+        left = [network for network in left if network.cluster is None or len(own_tests(study, network))]
         missing += [network for network in left if not _take_over(study, pool, network)]
     return missing
 
@@ -147,18 +157,24 @@ def evaluate_networks(study: StudyContext, networks: Sequence[Network]) -> int:
     pool = study.pool(networks[0].selection.pool)
     alike = twins(study, networks)
     trained = [load_network(study, same[0]) for same in alike]
-    tables = rolled_out(study, pool, trained)
+    if networks[0].cluster is None:
+        tables = rolled_out(study, pool, trained, study_tests(study, pool))
+    else:  # each has tests of its own
+        pairs = zip(alike, trained, strict=True)
+        tables = [rolled_out(study, pool, [one], own_tests(study, same[0]))[0] for same, one in pairs]
     for same, policy, trials in zip(alike, trained, tables, strict=True):
         for network in same:
             rows = trial_rows(study, network, policy, trials)
             key = evaluation_id(study, network)
             study.lake.write("evaluations", study.study_partition(pool), key, rows, study.metadata)
-    return len(networks) * len(study_tests(study, pool))
+    return sum(len(same) * len(trials) for same, trials in zip(alike, tables, strict=True))
 
 
-def rolled_out(study: StudyContext, pool: PoolContext, trained: Sequence[TrainedPolicy]) -> list[pa.Table]:
-    """Roll policies of one kind out on a pool's tests, a scene at a time; gives a table of trials for each policy."""
-    tests, goals = study_tests(study, pool), network_goals(study, pool, trained)
+def rolled_out(
+    study: StudyContext, pool: PoolContext, trained: Sequence[TrainedPolicy], tests: TargetsUnderTest
+) -> list[pa.Table]:
+    """Roll policies of one kind out on tests of a pool, a scene at a time; gives a table of trials for each policy."""
+    goals = network_goals(study, pool, trained, tests)
     groups = list(rows_by_scene(tested_scenes(pool, tests)))
     done = [
         rollouts.roll_out(

@@ -85,9 +85,12 @@ def success_metrics(row: SummaryRow) -> Metrics:
 
 
 def log_networks(study: StudyContext, run: StudyRun, networks: Sequence[Network]) -> None:
-    """Record one child run for each of these networks, unless an earlier run of the study did."""
+    """Record one child run for each of these networks, unless an earlier run of the study did.
+
+    Networks of single clusters have none: results are those of all clusters of a selection together.
+    """
     rows = {cell_of_row(row): row for row in headline_networks(study.lake, study.study)}
-    for network in networks:
+    for network in (one for one in networks if one.cluster is None):
         log_child(run, child_run(study, network, rows[cell_of_network(study, network)]))
 
 

@@ -20,6 +20,7 @@ from plancurate.tasks.learning import corrections, train
 from plancurate.tasks.learning.demonstrations import Demonstrations
 from plancurate.tasks.learning.observations import find_term
 from plancurate.tasks.learning.policies import TrainedPolicy, load_policy
+from plancurate.tasks.study.clusters import learnt_clusters
 from plancurate.tasks.study.context import StudyContext
 from plancurate.tasks.study.demonstrations import selected_demonstrations
 from plancurate.tasks.study.identity import digest
@@ -39,16 +40,26 @@ class Network:
     network_id: str
     round: int = 0
     """Rounds of corrections that it learns from, beside its selection."""
+    cluster: int | None = None
+    """The only cluster of its selection that it learns from; None: all that the selection keeps."""
 
 
 def wanted_networks(study: StudyContext, selections: Sequence[WantedSelection]) -> list[Network]:
     """Return the networks that learn from these selections, policy by policy, each after every round of corrections."""
     return [
-        Network(policy, selection, seed, network_id(study, selection, policy, seed, round), round)
+        Network(
+            policy,
+            selection,
+            seed,
+            network_id(study, selection, policy, seed, round, cluster),
+            round,
+            cluster,
+        )
         for policy in study.config.policies
         for selection in selections
         for seed in study.config.seeds
         for round in range(study.config.corrections.rounds + 1)
+        for cluster in learnt_clusters(study, selection)
     ]
 
 
@@ -59,7 +70,12 @@ def after_round(study: StudyContext, network: Network, round: int) -> Network:
 
 
 def network_id(
-    study: StudyContext, selection: WantedSelection, policy: str, seed: int, round: int = 0
+    study: StudyContext,
+    selection: WantedSelection,
+    policy: str,
+    seed: int,
+    round: int = 0,
+    cluster: int | None = None,
 ) -> str:
     """Name a network by everything that it is trained from, in no, one or more rounds of corrections."""
     training = study.pool(selection.pool).training(study.config)
@@ -70,6 +86,8 @@ def network_id(
     content = [selection.selection_id, seed, kind.model_dump(mode="json"), settings, revisions]
     if round:
         content += [round, corrections_identity(study)]
+    if cluster is not None:
+        content.append({"cluster": cluster})
     return f"{policy}-s{seed}-{digest(content)}"
 
 
@@ -163,7 +181,7 @@ def train_networks(study: StudyContext, networks: Sequence[Network]) -> None:
     for network in unlike:
         if (key := material(study, network)) not in data:
             learnt = [after_round(study, network, r).network_id for r in range(1, network.round + 1)]
-            data[key] = selected_demonstrations(study, network.selection, learnt)
+            data[key] = selected_demonstrations(study, network.selection, learnt, network.cluster)
     trained = train.train(
         networks[0].policy,
         [data[material(study, network)] for network in unlike],
@@ -176,8 +194,9 @@ def train_networks(study: StudyContext, networks: Sequence[Network]) -> None:
 
 
 def material(study: StudyContext, network: Network) -> str:
-    """Name what a network learns from: what its selection keeps, or after corrections what is its own."""
-    return network.network_id if network.round else kept_content(study, network.selection)
+    """Name what a network learns from: what its selection keeps; corrections, and a cluster's tests, are its own."""
+    own = network.round > 0 or network.cluster is not None
+    return network.network_id if own else kept_content(study, network.selection)
 
 
 @lru_cache(maxsize=4096)  # short names of selections that are too large to be kept all

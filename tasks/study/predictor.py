@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from plancurate.errors import PlancurateError, UnknownNameError
 from plancurate.robots import Robot, Scene, load_world
 from plancurate.robots.scene_family import is_family
+from plancurate.tasks.curation.pool import FloatArray
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.motion.predict import PredictSettings
+from plancurate.tasks.study.clusters import nearest_clusters
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
 from plancurate.tasks.study.network_cells import Cell as NetworkCell
@@ -57,6 +59,10 @@ def study_policy(home: Home, choice: Choice) -> StudyPolicy:
     row = chosen_row(lake, study, choice)
     opened = reopened(home, study)
     network = network_of(opened, cell_of_row(row))
+    if network.cluster is not None:
+        raise PlancurateError(
+            f"study {study}: has a policy for each cluster; motions need one for all targets"
+        )
     pool = opened.pool(network.selection.pool)
     pool.require_one_scene("predict")
     sources = (opened.config.robot, pool.scene_source)
@@ -80,11 +86,18 @@ def reopened(home: Home, study: str) -> StudyContext:
     return opened
 
 
-def network_of(study: StudyContext, cell: NetworkCell) -> Network:
-    """The network of a study that results call by these words; only its own pool is loaded."""
+def network_of(study: StudyContext, cell: NetworkCell, position: FloatArray | None = None) -> Network:
+    """The network of a study that results call by these words; only its own pool is loaded.
+
+    Of networks of single clusters the one that answers a target at the position (3,), m; the first without any.
+    """
     pool = next(one for one in study.pools if (one.scene.name, one.label) == cell[:2])
     networks = wanted_networks(study, wanted_selections(study, pool, study_pool(study, pool)))
-    return next(one for one in networks if cell_of_network(study, one) == cell)
+    own = [one for one in networks if cell_of_network(study, one) == cell]
+    if position is None or own[0].cluster is None:
+        return own[0]
+    (cluster,) = nearest_clusters(study, own[0].selection, position[None])
+    return next(one for one in own if one.cluster == cluster)
 
 
 def study_world(lake: Lake, study: str, scene: str | None) -> tuple[Robot, Scene]:

@@ -84,8 +84,8 @@ def tested_shot(study: StudyContext, pool: PoolContext, row: Mapping[str, Any]) 
     """The rollout of a trial, run again as it was tested."""
     heads = ("selector", "budget", "selection_seed", "policy", "seed", "round")
     cell: NetworkCell = (pool.scene.name, pool.label, *(row[name] for name in heads))
-    policy = load_network(study, network_of(study, cell))
     position, settings = np.array([row["x"], row["y"], row["z"]]), study.config.evaluation
+    policy = load_network(study, network_of(study, cell, position))
     scenes = pool.scenes_of_tests([row["kind"]], [row["target_id"]])
     goals = goals_at(study, pool, policy, scenes, position[None], [row["test_id"]])
     dt = pool.settings.timing.dt

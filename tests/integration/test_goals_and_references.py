@@ -61,7 +61,7 @@ def test_networks_that_observe_goals_are_trained_and_tested_with_goals_of_their_
     networks = wanted_networks(study, study_selections(study))
     train_networks(study, networks)
     trained, tests = [load_network(study, network) for network in networks], study_tests(study, pool)
-    goals = network_goals(study, pool, trained)
+    goals = network_goals(study, pool, trained, tests)
     assert goals is not None
     assert goals.shape == (2, len(tests), 6)
     assert native.is_free(pool.robot.native, pool.scene.native, goals.reshape(-1, 6)).all()

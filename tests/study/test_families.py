@@ -184,7 +184,7 @@ def test_tests_are_rolled_out_each_in_its_own_scene(study: StudyContext, pool: P
     tests, policy = study_tests(study, pool), trained_on(study)
     assert tests.kind.count("unseen_scene") == 6
     assert set(tests.kind) == {"displaced", "unseen_scene"}
-    (together,), goals = rolled_out(study, pool, [policy]), network_goals(study, pool, [policy])
+    (together,), goals = rolled_out(study, pool, [policy], tests), network_goals(study, pool, [policy], tests)
     assert goals is not None
     scenes = pool.scenes_of_tests(tests.kind, tests.target_id.tolist())
     assert tests.planned is not None
