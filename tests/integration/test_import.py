@@ -88,6 +88,26 @@ def test_a_study_of_an_imported_set_goes_the_whole_way(
     assert {(row["selector"], row["n"]) for row in found} >= {("General", 32), ("KMeans_Hybrid", 32)}
 
 
+def test_where_targets_have_few_episodes_dbscan_takes_none_for_noise(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = load_robot("h2017")
+    ends = robot.home + np.array([[0.3, 0, 0, 0, 0, 0], [0, 0.2, 0, 0, 0, 0], [0, 0, 0.25, 0, 0, 0]])
+    with h5py.File(tmp_path / "set.hdf5", "w") as written:
+        for number, end in enumerate(ends):
+            share = (1 - np.cos(np.linspace(0, np.pi, 41))) / 2
+            path = robot.home + share[:, None] * (end - robot.home)
+            written[f"data/demo_{number}/obs/joint_positions"] = path
+    home = tmp_path / "home"
+    bring_in(tmp_path / "set.hdf5", home, capsys, "--dt", "0.05")
+    (file,) = (home / "imports").iterdir()
+    study = open_study(load_config("smoke", file, {"budgets": [1]}), Home(home))
+    kept = {
+        wanted.choice.label: len(make_selection(study, wanted).kept) for wanted in study_selections(study)
+    }
+    assert kept["DBSCAN(min_samples=1)"] == kept["DBSCAN_Hybrid(min_samples=1)"] == kept["KMeans"] == 3
+
+
 def hdf5(file: Path, q: np.ndarray) -> Path:
     with h5py.File(file, "w") as written:
         written["data/demo_0/obs/joint_positions"] = q
