@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from plancurate.errors import IncompleteError, PlancurateError
 from plancurate.flows.cli.console import console
+from plancurate.flows.cli.stopping import ends_on_sigterm
 from plancurate.flows.cli.study_options import StudyOptions
 from plancurate.flows.server.prefect_server import prefect_server
 from plancurate.flows.server.server_loss import ends_with_server
@@ -105,7 +106,8 @@ def run_flow(flow: Callable[..., object], config: StudyConfig, home: Home) -> No
     from prefect.exceptions import PrefectHTTPStatusError
 
     try:
-        flow(config, home=str(home.root))
+        with ends_on_sigterm():
+            flow(config, home=str(home.root))
     except PrefectHTTPStatusError as error:
         answer, log = error.response, home.prefect / "server.log"
         told = f"; {log}: {last_line(log)}" if log.exists() else ""  # a configured server keeps its own

@@ -1,4 +1,4 @@
-"""Ctrl-C while a task run is at what can't be interrupted."""
+"""Ctrl-C and `kill` while a task run is at what can't be interrupted."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ from typing import Any
 
 import pytest
 
-from plancurate.flows.cli.stopping import GRACE_S, INTERRUPTED, ends_on_ctrl_c
+from plancurate.flows.cli.stopping import GRACE_S, ends_on_ctrl_c
 
 from ..homes import environment
 
 AT_WORK = """
 import signal, time
+from pathlib import Path
 signal.signal(signal.SIGINT, signal.default_int_handler)  # what runs the tests may have been told to ignore it
 import plancurate.flows.cli.app as command_line
+from plancurate.flows.cli.stages import run_flow
+from plancurate.tasks.lake.home import Home
 from prefect import flow, task
 
 @task
@@ -32,14 +35,18 @@ def study():
     from plancurate.flows.task_runs import run_all
     run_all(train, [()], 1)
 
-command_line.app = lambda *_, **__: study()
+command_line.app = lambda *_, **__: run_flow(lambda *_, **__: study(), None, Home(Path("nowhere")))
 command_line.main([])
 """
 SOON_S = GRACE_S + 7
 
 
-@pytest.mark.parametrize("times", [1, 2])
-def test_ctrl_c_ends_a_command_within_seconds_and_with_one_line(shared_server: str, times: int) -> None:
+@pytest.mark.parametrize(
+    ("told", "times", "code"), [(signal.SIGINT, 1, 130), (signal.SIGINT, 2, 130), (signal.SIGTERM, 1, 143)]
+)
+def test_a_command_that_is_told_to_stop_ends_within_seconds_and_with_one_line(
+    shared_server: str, told: signal.Signals, times: int, code: int
+) -> None:
     command, pipe = [sys.executable, "-c", AT_WORK], subprocess.PIPE
     variables = environment(PREFECT_API_URL=shared_server)
     with subprocess.Popen(command, env=variables, stdout=pipe, stderr=pipe, text=True) as run:
@@ -48,12 +55,12 @@ def test_ctrl_c_ends_a_command_within_seconds_and_with_one_line(shared_server: s
             assert run.stdout.readline() == "at work\n"
             asked = time.monotonic()
             for _ in range(times):
-                run.send_signal(signal.SIGINT)
+                run.send_signal(told)
                 time.sleep(0.5)
             _, said = run.communicate(timeout=50)
         finally:
             run.kill()
-    assert run.returncode == INTERRUPTED
+    assert run.returncode == code
     assert time.monotonic() - asked < (SOON_S if times == 1 else GRACE_S)
     lines = [line for line in said.splitlines() if line.startswith("plancurate: ")]
     assert lines == ["plancurate: stopped; the same command goes on from here"]
