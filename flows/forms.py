@@ -25,7 +25,7 @@ POOL = (
     "workers", "targets_per_task", "runner", "dask_scheduler", "ray_address",
 )  # fmt: skip
 SELECTIONS = (*POOL, "selectors", "budgets", "selection_seeds")
-NETWORKS = (*SELECTIONS, "policies", "one_policy_a_cluster", "seeds", "training", "varying_observation")
+NETWORKS = (*SELECTIONS, "policies", "one_policy_a", "seeds", "training", "varying_observation")
 CORRECTED = (*NETWORKS, "corrections", "evaluation")
 ALL = tuple(StudyConfig.model_fields)
 

@@ -17,7 +17,7 @@ from plancurate.tasks.study.selections import WantedSelection, make_selection
 
 def learnt_clusters(study: StudyContext, selection: WantedSelection) -> list[int | None]:
     """Return the clusters that networks learn from apart; None stands for all that is kept, by one network."""
-    if not study.config.one_policy_a_cluster:
+    if study.config.one_policy_a == "selection":
         return [None]
     return sorted(set(make_selection(study, selection).kept["cluster"].drop_null().to_pylist())) or [None]
 

@@ -100,10 +100,10 @@ class StudyConfig(Settings):
         description="Policies to train.",
         json_schema_extra=offers(registered_policies),
     )
-    one_policy_a_cluster: bool = Field(
-        False,
-        description="Train a policy on each cluster of a selection alone and leave each test to that of the nearest "
-        "cluster, instead of one policy on all that a selection keeps.",
+    one_policy_a: Literal["selection", "cluster"] = Field(
+        "selection",
+        description="What a policy learns from: all that a selection keeps, or one cluster of it alone; each test is "
+        "then left to the policy of the nearest cluster.",
     )
     seeds: tuple[Seed, ...] = Field((0,), min_length=1, description="Training seeds.")
     training: TrainSettings = Field(TrainSettings(), description="Networks and optimisation.")
@@ -187,8 +187,8 @@ class StudyConfig(Settings):
     def _clusters_fit(self) -> StudyConfig:
         others = {"corrections.rounds": self.corrections.rounds, "verified_tests": self.verified_tests}
         for name, value in others.items():
-            if self.one_policy_a_cluster and value:
-                raise PlancurateError(f"{name} = {value}: with one_policy_a_cluster it must be 0")
+            if self.one_policy_a == "cluster" and value:
+                raise PlancurateError(f"{name} = {value}: with one_policy_a = cluster it must be 0")
         return self
 
     @field_validator("budgets")

@@ -134,7 +134,7 @@ class StudyContext:
             "corrections": corrected,
             "verified_tests": verified,
             "displaced_targets": config.displaced_targets is not None,
-            "one_policy_a_cluster": config.one_policy_a_cluster,
+            "one_policy_a": config.one_policy_a != "selection",
             "varying_observation": any(pool.family for pool in self.pools),
         }
         absent = {name for name, there in optional.items() if not there}

@@ -43,9 +43,7 @@ def study(smoke: Studied, tmp_path_factory: pytest.TempPathFactory) -> StudyCont
     """The smoke study's pool under a study with a policy for each cluster, trained and tested."""
     home = tmp_path_factory.mktemp("clusters")
     shutil.copytree(smoke.untouched / "lake", home / "lake")
-    study = open_study(
-        load_config("smoke", None, FIELDS | {"one_policy_a_cluster": True}), Home.resolve(home)
-    )
+    study = open_study(load_config("smoke", None, FIELDS | {"one_policy_a": "cluster"}), Home.resolve(home))
     record_study(study)
     networks = wanted_networks(study, study_selections(study))
     train_networks(study, networks)
@@ -112,5 +110,5 @@ def test_it_is_another_study_and_the_networks_of_all_that_is_kept_are_the_same(s
 def test_what_does_not_go_with_clusters_is_refused(field: str) -> None:
     wrong = {"verified_tests": 3} if field == "verified_tests" else {"corrections": {"rounds": 1}}
     steps = {"training": {"demonstration_steps": "arc"}}
-    with pytest.raises(PlancurateError, match=f"{field}.* with one_policy_a_cluster it must be 0"):
-        load_config("smoke", None, {"one_policy_a_cluster": True} | steps | wrong)
+    with pytest.raises(PlancurateError, match=f"{field}.* with one_policy_a = cluster it must be 0"):
+        load_config("smoke", None, {"one_policy_a": "cluster"} | steps | wrong)
