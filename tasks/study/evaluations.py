@@ -157,9 +157,9 @@ def evaluate_networks(study: StudyContext, networks: Sequence[Network]) -> int:
     pool = study.pool(networks[0].selection.pool)
     alike = twins(study, networks)
     trained = [load_network(study, same[0]) for same in alike]
-    if networks[0].cluster is None:
+    if all(network.cluster is None for network in networks):
         tables = rolled_out(study, pool, trained, study_tests(study, pool))
-    else:  # each has tests of its own
+    else:  # those of single clusters have tests of their own
         pairs = zip(alike, trained, strict=True)
         tables = [rolled_out(study, pool, [one], own_tests(study, same[0]))[0] for same, one in pairs]
     for same, policy, trials in zip(alike, trained, tables, strict=True):

@@ -47,8 +47,7 @@ def study(smoke: Studied, tmp_path_factory: pytest.TempPathFactory) -> StudyCont
     record_study(study)
     networks = wanted_networks(study, study_selections(study))
     train_networks(study, networks)
-    for network in networks:
-        evaluate_networks(study, [network])
+    evaluate_networks(study, networks)
     return study
 
 
