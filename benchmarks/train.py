@@ -36,6 +36,7 @@ def main() -> None:
     torch.set_num_threads(1)
     data, settings = lines_from_home(), TrainSettings(steps=asked.steps)
     print(f"{asked.networks} networks, {asked.steps} gradient steps each, one thread")
+    timed(policy_names()[0], data, [0], settings)  # what torch does at its first steps alone
     for name in policy_names():
         stacked_s, stacked = timed(name, data, list(range(asked.networks)), settings)
         single = [timed(name, data, [seed], settings) for seed in range(asked.networks)]
