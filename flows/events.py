@@ -17,12 +17,8 @@ STUDY_PUBLISHED = "plancurate.study.published"
 
 def tell_pool_ready(study: StudyContext, pool: PoolRow) -> None:
     """Say that all candidates of a study's pool are in the lake; the payload counts them."""
-    _emit(
-        POOL_READY,
-        f"pool.{study.study}.{pool.scene}.{pool.pool_label}".rstrip("."),
-        text.group(pool),
-        asdict(pool),
-    )
+    resource = ".".join(filter(None, ["pool", study.study, pool.scene, pool.pool_label]))
+    _emit(POOL_READY, resource, text.group(pool), asdict(pool))
 
 
 def tell_study_published(study: str, verdict: Sequence[str]) -> None:

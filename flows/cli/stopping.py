@@ -35,9 +35,8 @@ def ends_on_ctrl_c() -> Iterator[None]:
     try:
         yield
     finally:
-        if (
-            signal.getsignal(signal.SIGINT) is _interrupted
-        ):  # or it is on its way out, and the next Ctrl-C ends it
+        # Where it is another one, the process is on its way out, and the next Ctrl-C ends it.
+        if signal.getsignal(signal.SIGINT) is _interrupted:
             signal.signal(signal.SIGINT, before)
 
 

@@ -19,7 +19,7 @@ from plancurate.tasks.candidates.targets import require_free_home
 from plancurate.tasks.curation.learning_settings import LearningSettings
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
-from plancurate.tasks.learning import corrections, rollouts, train, training_goals
+from plancurate.tasks.learning import corrections, nearest_clusters, rollouts, train, training_goals
 from plancurate.tasks.learning.observations import find_term, goal_terms
 from plancurate.tasks.learning.policies import kind_of
 from plancurate.tasks.learning.settings import TrainSettings
@@ -149,7 +149,8 @@ class StudyContext:
             "stages": [path_classes.REVISION, train.REVISION, rollouts.REVISION]
             + [corrections.REVISION] * corrected
             + [verify.REVISION] * verified
-            + [training_goals.REVISION] * bool(goal_terms(terms)),
+            + [training_goals.REVISION] * bool(goal_terms(terms))
+            + [nearest_clusters.REVISION] * optional["one_policy_a"],
         }
         return digest(content, 8)
 

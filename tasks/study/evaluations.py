@@ -12,7 +12,7 @@ import torch
 from plancurate.robots import Scene
 from plancurate.tasks.candidates.target_table import stored_targets
 from plancurate.tasks.candidates.targets import sample_target
-from plancurate.tasks.learning import rollouts, training_goals
+from plancurate.tasks.learning import nearest_clusters, rollouts, training_goals
 from plancurate.tasks.learning.observations import goal_terms
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.learning.test_targets import (
@@ -26,7 +26,7 @@ from plancurate.tasks.learning.test_targets import (
 )
 from plancurate.tasks.learning.training_goals import FloatArray
 from plancurate.tasks.motion.rollout import goals_of
-from plancurate.tasks.study.clusters import nearest_clusters
+from plancurate.tasks.study.clusters import answering_clusters
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.identity import digest
 from plancurate.tasks.study.networks import Network, load_network, twins, wanted_networks
@@ -106,6 +106,8 @@ def evaluation_id(study: StudyContext, network: Network) -> str:
     ]
     if goal_terms(study.pool(network.selection.pool).training(config).observation):
         content.append(training_goals.REVISION)
+    if network.cluster is not None:
+        content.append({"clusters": nearest_clusters.REVISION})
     if config.displaced_targets is not None:
         content.append({"displaced_targets": config.displaced_targets})
     return f"{network.network_id}-{digest(content, 8)}"
@@ -121,8 +123,8 @@ def own_tests(study: StudyContext, network: Network) -> TargetsUnderTest:
     tests = study_tests(study, study.pool(network.selection.pool))
     if network.cluster is None:
         return tests
-    nearest = nearest_clusters(study, network.selection, tests.position)
-    return tests.take(np.flatnonzero(nearest == network.cluster))
+    answering = answering_clusters(study, network.selection, tests.position)
+    return tests.take(np.flatnonzero(answering == network.cluster))
 
 
 def missing_evaluations(study: StudyContext) -> list[Network]:

@@ -14,7 +14,6 @@ from plancurate.robots import load_robot
 from plancurate.tasks.candidates.recorded import Grouped, by_target, recorded_rows, set_id
 from plancurate.tasks.candidates.sources.recorded import SOURCE
 from plancurate.tasks.candidates.target_table import target_rows, targets_key
-from plancurate.tasks.curation.selectors.clusters import DBSCANSettings
 from plancurate.tasks.exports.reading import read_set
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.config import StudyConfig
@@ -89,27 +88,9 @@ def import_set(
     study.lake.write("trajectories", {**pool.partition, "planner": SOURCE}, key, rows, pool.metadata)
     file = home.root / "imports" / f"{pool.pool}.yaml"
     file.parent.mkdir(exist_ok=True)
-    content = study.config.model_dump(mode="json", include=DECIDED) | for_few_episodes(study.config, rows)
+    content = study.config.model_dump(mode="json", include=DECIDED)
     file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
     return Imported(name, file, pool, len(grouped), rows, _elsewhere(robot.home, grouped))
-
-
-def for_few_episodes(config: StudyConfig, rows: pa.Table) -> dict[str, object]:
-    """Return the study's selectors, DBSCAN's told to take no episode for noise, where it would take every one.
-
-    That is where no target has as many candidates as it asks for; nothing is returned elsewhere.
-    """
-    counts = pa.compute.value_counts(_passed(rows)["target_id"]).field("counts")
-    if pa.compute.max(counts).as_py() >= DBSCANSettings().min_samples:
-        return {}
-    least = {"min_samples": 1}
-    choices = [
-        {**least, "name": choice.name, **choice.params}
-        if choice.name.startswith("DBSCAN")
-        else choice.model_dump()
-        for choice in config.selectors
-    ]
-    return {"selectors": choices}
 
 
 def reason(rows: pa.Table) -> str:

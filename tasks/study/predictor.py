@@ -13,7 +13,7 @@ from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.store import Lake
 from plancurate.tasks.learning.policies import TrainedPolicy
 from plancurate.tasks.motion.predict import PredictSettings
-from plancurate.tasks.study.clusters import nearest_clusters
+from plancurate.tasks.study.clusters import answering_clusters
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
 from plancurate.tasks.study.network_cells import Cell as NetworkCell
@@ -96,7 +96,7 @@ def network_of(study: StudyContext, cell: NetworkCell, position: FloatArray | No
     own = [one for one in networks if cell_of_network(study, one) == cell]
     if position is None or own[0].cluster is None:
         return own[0]
-    (cluster,) = nearest_clusters(study, own[0].selection, position[None])
+    (cluster,) = answering_clusters(study, own[0].selection, position[None])
     return next(one for one in own if one.cluster == cluster)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from plancurate.tasks.study import text
 from plancurate.tasks.study.against import BASELINE, SURE
@@ -57,12 +58,26 @@ def verdicts(results: StudyResults) -> list[Verdict]:
 def _verdict(results: StudyResults, rows: Sequence[SummaryRow]) -> Verdict:
     best = [row for row in rows if row.best]
     general = next((row for row in rows if row.selector == BASELINE), None)
-    steps = [*pool_steps(results.pools), *seed_steps(rows), *choice_steps(results, best)]
+    steps = [
+        *reading_steps(results.study.config),
+        *pool_steps(results.pools),
+        *seed_steps(rows),
+        *choice_steps(results, best),
+    ]
     several = len({row.group for row in results.headline.summaries}) > 1
     where = f"{text.group(best[0])}: " if several else ""
     known = of_group(results.headline.references, best[0].group)
     said = where + which(best, TESTS[results.headline.kind])
     return Verdict(best, said, sure(best[0], general), ceiling(best[0], known), steps)
+
+
+def reading_steps(config: Mapping[str, Any]) -> Iterator[str]:
+    """What to know of a study whose policies learn from one cluster each."""
+    if config.get("one_policy_a") == "cluster":
+        yield (
+            "Selections that cluster have a policy for each cluster, and each test is answered by that of the nearest "
+            "one (one_policy_a: cluster); without that option one policy learns from all that a selection keeps."
+        )
 
 
 def which(best: Sequence[SummaryRow], tests: str) -> str:

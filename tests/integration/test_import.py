@@ -105,7 +105,7 @@ def test_where_targets_have_few_episodes_dbscan_takes_none_for_noise(
     kept = {
         wanted.choice.label: len(make_selection(study, wanted).kept) for wanted in study_selections(study)
     }
-    assert kept["DBSCAN(min_samples=1)"] == kept["DBSCAN_Hybrid(min_samples=1)"] == kept["KMeans"] == 3
+    assert kept["DBSCAN"] == kept["DBSCAN_Hybrid"] == kept["KMeans"] == 3
 
 
 def hdf5(file: Path, q: np.ndarray) -> Path:

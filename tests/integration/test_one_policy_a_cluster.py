@@ -12,12 +12,14 @@ from plancurate import native
 from plancurate.errors import PlancurateError
 from plancurate.tasks.curation.pool import load_waypoints
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.learning import nearest_clusters
 from plancurate.tasks.study import champions
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import StudyContext, open_study
 from plancurate.tasks.study.demonstrations import selected_demonstrations
 from plancurate.tasks.study.evaluations import (
     evaluate_networks,
+    evaluation_id,
     missing_evaluations,
     own_tests,
     study_tests,
@@ -25,8 +27,9 @@ from plancurate.tasks.study.evaluations import (
 from plancurate.tasks.study.networks import train_networks, wanted_networks
 from plancurate.tasks.study.predictor import Choice, study_policy
 from plancurate.tasks.study.records import record_study
-from plancurate.tasks.study.results import network_rows
+from plancurate.tasks.study.results import network_rows, study_results
 from plancurate.tasks.study.selections import make_selection, study_selections
+from plancurate.tasks.study.verdict import reading_steps, verdicts
 
 from .conftest import Studied
 
@@ -111,3 +114,22 @@ def test_what_does_not_go_with_clusters_is_refused(field: str) -> None:
     steps = {"training": {"demonstration_steps": "arc"}}
     with pytest.raises(PlancurateError, match=f"{field}.* with one_policy_a = cluster it must be 0"):
         load_config("smoke", None, {"one_policy_a": "cluster"} | steps | wrong)
+
+
+def test_other_ways_to_leave_tests_to_clusters_are_other_studies_and_evaluations(
+    study: StudyContext, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    general, of_cluster, *_ = wanted_networks(study, study_selections(study))
+    before = [evaluation_id(study, one) for one in (general, of_cluster)]
+    monkeypatch.setattr(nearest_clusters, "REVISION", nearest_clusters.REVISION + 1)
+    again = open_study(study.config, study.home)
+    after = [evaluation_id(again, one) for one in (general, of_cluster)]
+    assert again.key != study.key
+    assert (after[0] == before[0], after[1] == before[1]) == (True, False)
+
+
+def test_the_verdict_says_that_clusters_have_policies_of_their_own(study: StudyContext) -> None:
+    (verdict,) = verdicts(study_results(study.lake, study.study))
+    assert any("a policy for each cluster" in sentence for sentence in verdict.sentences)
+    plain = open_study(load_config("smoke", None, FIELDS), study.home)
+    assert not list(reading_steps(plain.config.model_dump(mode="json")))

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 IntArray = npt.NDArray[np.int64]
 T = TypeVar("T")
 ENTRY_POINTS = "plancurate.selectors"
+MADE_BEFORE = 4
+"""What `Problem.once` remembers: scores by a few seeds, for a study makes the selections of one budget first."""
+_made_before: OrderedDict[Hashable, tuple[Any, dict[str, float]]] = OrderedDict()
 
 
 @dataclass(eq=False)
@@ -101,11 +104,6 @@ class Problem:
         while len(_made_before) > MADE_BEFORE:
             _made_before.popitem(last=False)
         return value
-
-
-MADE_BEFORE = 4
-"""What `Problem.once` remembers: scores by a few seeds, for a study makes the selections of one budget first."""
-_made_before: OrderedDict[Hashable, tuple[Any, dict[str, float]]] = OrderedDict()
 
 
 @dataclass(frozen=True, eq=False)

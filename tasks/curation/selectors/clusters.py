@@ -55,6 +55,17 @@ class DBSCANSettings(Settings):
     eps_share: float = Field(0.5, gt=0)
     min_samples: int = Field(3, ge=1)
 
+    def samples(self, pool: Pool) -> int:
+        """Candidates that make a place dense: as given; else 3, or fewer where no target of the pool has three.
+
+        A target's candidates end at one place; where each has one alone, as recorded episodes may, all would be noise.
+        """
+        if "min_samples" in self.model_fields_set:
+            return self.min_samples
+        candidates = pool.candidates
+        of_target = np.bincount(candidates["target_id"].to_numpy(), candidates["multiplicity"].to_numpy())
+        return min(self.min_samples, int(of_target.max()))
+
 
 class HierarchicalSettings(NumberSettings):
     """How many clusters, merged bottom up (Ward: least growth of variance)."""
@@ -94,7 +105,7 @@ def dbscan_labels(pool: Pool, settings: DBSCANSettings, seed: int) -> IntArray:
     points = pool.tool_positions()
     eps = settings.eps_m or settings.eps_share * _smallest_distance(pool.target_positions())
     eps = max(eps, _SMALLEST_EPS_M)
-    fitted = DBSCAN(eps=eps, min_samples=settings.min_samples)
+    fitted = DBSCAN(eps=eps, min_samples=settings.samples(pool))
     # A trajectory that was planned five times is as dense as five.
     weight = pool.candidates["multiplicity"].to_numpy()
     cells = gathered(points, weight, eps / _EPS_IN_CELLS)
