@@ -23,7 +23,7 @@ from plancurate.flows.task_runs import shared_runner
 from plancurate.flows.train import train
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study.checks import audit_study
-from plancurate.tasks.study.config import MOST_TARGETS, StudyConfig
+from plancurate.tasks.study.config import MOST_TARGETS, GrowBy, StudyConfig
 from plancurate.tasks.study.context import open_study
 from plancurate.tasks.study.exclusive import exclusive
 from plancurate.tasks.study.growth import grown
@@ -34,18 +34,19 @@ Grow = Annotated[int, Field(ge=0, le=MOST_TARGETS)]
 
 
 @flow(name="study", flow_run_name="study {config.name}")
-def study(config: WholeConfig, grow: Grow = 0, home: str = "") -> State[None]:
+def study(config: WholeConfig, grow: Grow = 0, grow_by: GrowBy = "targets", home: str = "") -> State[None]:
     """Plan, curate, train, refine, evaluate and publish; every stage does only what the home folder lacks.
 
     What the run did is the message of its final state, and its last line.
 
     Args:
         config: The study: a preset, and what is different from it.
-        grow: Training targets to add to what the study was last run to its end with; 0: as configured. Tests at
-            unseen targets stay the same, so that each run is compared with the one before it.
+        grow: Training targets, or runs, to add to what the study was last run to its end with; 0: as configured.
+            Tests at unseen targets stay the same, so that each run is compared with the one before it.
+        grow_by: What is added: training targets (where scenes vary, scenes too), or runs of each planner to a target.
         home: Folder of the lake, MLflow, Prefect and the reports; empty: the one that is served.
     """
-    config = grown(config, Home.resolve(home), grow)
+    config = grown(config, Home.resolve(home), grow, grow_by)
     opened = open_study(config, Home.resolve(home))
     ensure_store(opened.home.mlflow_db)  # a tracking server that is away is said now, not after the work
     with exclusive(opened.home, opened.study), shared_runner(config), one_page():

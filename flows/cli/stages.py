@@ -14,6 +14,7 @@ from plancurate.flows.cli.study_options import StudyOptions
 from plancurate.flows.server.prefect_server import prefect_server
 from plancurate.flows.server.server_loss import ends_with_server
 from plancurate.flows.server.services import last_line
+from plancurate.tasks.study.config import GrowBy
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,17 +24,18 @@ if TYPE_CHECKING:
     from plancurate.tasks.study.context import StudyContext
 
 
-def study(*, grow: int = 0, options: StudyOptions = StudyOptions()) -> None:
+def study(*, grow: int = 0, grow_by: GrowBy = "targets", options: StudyOptions = StudyOptions()) -> None:
     """Plan, curate, train, evaluate and report: the whole way, from where an earlier run stopped.
 
     Args:
-        grow: Training targets to add to what the study was last run to its end with.
+        grow: Training targets, or runs, to add to what the study was last run to its end with.
+        grow_by: What is added: training targets, or runs of each planner to a target.
     """
     config, home = options.study(), options.folder()
     if grow:
         from plancurate.tasks.study.growth import grown  # torch and SciPy: seconds, which no --help needs
 
-        config = grown(config, home, grow)
+        config = grown(config, home, grow, grow_by)
     done = run("study", config, home)
     from plancurate.flows.cli.verdict import show_results  # only now: SciPy would hold up the start
 

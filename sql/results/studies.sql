@@ -4,6 +4,7 @@ SELECT
     any_value(name) AS name,
     any_value(study_key) AS study_key,
     any_value(n_targets) AS n_targets,            -- training targets in each pool
+    any_value(config) AS config,                  -- JSON
     max(run_at) AS run_at
 FROM studies
 WHERE study IN (SELECT study FROM evaluations)

@@ -58,8 +58,9 @@ def generate_candidates(
     settings: GenerateSettings,
     postprocess_path: Postprocess | None = None,
     pool: str | None = None,
+    first_run: int = 0,
 ) -> tuple[pa.Table, StageSeconds]:
-    """Plan all runs of one source to `targets`; return a row of `trajectories` for each, failed ones too.
+    """Plan one source's runs to `targets`, from `first_run` on; a row of `trajectories` for each, failed ones too.
 
     `pool` is the id of the pool that they belong to, where it isn't that of the scene alone. Rows depend on nothing
     but the arguments, measured seconds excepted. `postprocess_path` does the part that holds the interpreter's lock:
@@ -73,7 +74,7 @@ def generate_candidates(
     pool, label = pool or pool_id(robot, scene, settings), find_source(planner).label
     rows = []
     for target in targets:
-        for run in range(settings.plan.runs):
+        for run in range(first_run, settings.plan.runs):
             planned = plan_candidate(robot, scene, target, planner, run, settings)
             row = run_row(robot, target, planned, postprocess_path)
             rows.append(named(row, label, pool, settings))
@@ -94,8 +95,13 @@ def run_row(
 
 def named(row: Columns, label: str, pool: str, settings: GenerateSettings) -> Columns:
     """The row of one run with its id in the lake, under its source's label, and how it is sampled."""
-    name = f"t{row['target_id']:04d}-{label}-r{row['run']}-{pool}"
+    name = trajectory_id(row["target_id"], label, row["run"], pool)
     return {"trajectory_id": name, "dt": settings.timing.dt, **row}
+
+
+def trajectory_id(target_id: int, label: str, run: int, pool: str) -> str:
+    """Name one run of a source in the lake."""
+    return f"t{target_id:04d}-{label}-r{run}-{pool}"
 
 
 def held_to_target(robot: Robot, target: Target, planned: PlannedPath, missed: float) -> PlannedPath:

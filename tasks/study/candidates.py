@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -11,12 +12,13 @@ import pyarrow as pa
 from plancurate.errors import PlancurateError
 from plancurate.robots import Scene
 from plancurate.tasks.candidates.consistent_goals import draw_targets
-from plancurate.tasks.candidates.generate import generate_candidates
+from plancurate.tasks.candidates.generate import generate_candidates, trajectory_id
 from plancurate.tasks.candidates.postprocess_pool import Setting, shared_postprocess
 from plancurate.tasks.candidates.sources import find_source
 from plancurate.tasks.candidates.sources.recorded import missing
 from plancurate.tasks.candidates.target_table import stored_targets, target_rows, targets_key
 from plancurate.tasks.candidates.targets import Target
+from plancurate.tasks.lake.schema import table
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.scenes import rows_by_scene
 
@@ -30,6 +32,8 @@ class Part:
     pool: str
     planner: str
     targets: tuple[Target, ...]
+    earlier: int = 0
+    """The first runs, which another pool holds that is made alike with so many."""
 
     @property
     def label(self) -> str:
@@ -85,13 +89,25 @@ def missing_parts(study: StudyContext, pool: PoolContext, targets: Sequence[Targ
     """Return what the lake lacks of a pool, in groups of `targets_per_task`, target by target."""
     planned = study.lake.query("pool/planned", **pool.partition).to_pylist()
     done = {(row["planner"], row["target_id"]) for row in planned}
+    earlier = earlier_runs(study, pool)
     parts, size = [], study.config.targets_per_task
     for planner in study.config.planners:
         label = find_source(planner).label
         left = [target for target in targets if (label, target.target_id) not in done]
-        groups = (tuple(left[i : i + size]) for i in range(0, len(left), size))
-        parts += [Part(pool.pool, planner, group) for group in groups]
+        for runs in sorted({earlier[label, target.target_id] for target in left}):
+            alike = [target for target in left if earlier[label, target.target_id] == runs]
+            groups = (tuple(alike[i : i + size]) for i in range(0, len(alike), size))
+            parts += [Part(pool.pool, planner, group, runs) for group in groups]
     return sorted(parts, key=lambda part: part.label)
+
+
+def earlier_runs(study: StudyContext, pool: PoolContext) -> Counter[tuple[str, int]]:
+    """Return how many runs of a source to a target the lake has in a pool that is made alike with fewer runs."""
+    known: Counter[tuple[str, int]] = Counter()
+    for runs in range(1, pool.settings.plan.runs):
+        planned = study.lake.query("pool/planned", **pool.with_runs(runs).partition).to_pylist()
+        known |= Counter({(row["planner"], row["target_id"]): runs for row in planned})
+    return known
 
 
 @dataclass(frozen=True)
@@ -107,20 +123,37 @@ def make_part(study: StudyContext, part: Part) -> Planned:
     pool = study.pool(part.pool)
     scenes = pool.scenes_of_targets([target.target_id for target in part.targets])
     tables = [
-        planned_in(study, pool, scene, [part.targets[i] for i in rows], part.planner)
+        planned_in(study, pool, scene, [part.targets[i] for i in rows], part.planner, part.earlier)
         for scene, rows in rows_by_scene(scenes)
     ]
-    rows = pa.concat_tables(tables)
+    if part.earlier:
+        tables.append(taken_over(study, pool, part))
+    rows = pa.concat_tables(tables).sort_by([("target_id", "ascending"), ("run", "ascending")])
     partition = {**pool.partition, "planner": find_source(part.planner).label}
     study.lake.write("trajectories", partition, part.label, rows, pool.metadata)
     return Planned(rows.num_rows, rows["solved"].to_pylist().count(False))
 
 
 def planned_in(
-    study: StudyContext, pool: PoolContext, scene: Scene, targets: list[Target], planner: str
+    study: StudyContext, pool: PoolContext, scene: Scene, targets: list[Target], planner: str, first_run: int
 ) -> pa.Table:
-    """Plan, time and verify one planner's runs to targets of one scene."""
+    """Plan, time and verify one planner's runs to targets of one scene, from `first_run` on."""
     source = pool.source_of_target(targets[0].target_id)
     setting = Setting(study.config.robot, source, pool.settings.timing, pool.settings.verify)
     postprocess = shared_postprocess(setting)
-    return generate_candidates(pool.robot, scene, targets, planner, pool.settings, postprocess, pool.pool)[0]
+    settings = pool.settings
+    return generate_candidates(
+        pool.robot, scene, targets, planner, settings, postprocess, pool.pool, first_run
+    )[0]
+
+
+def taken_over(study: StudyContext, pool: PoolContext, part: Part) -> pa.Table:
+    """The earlier runs of a part, under their names in this pool."""
+    label, numbers = find_source(part.planner).label, [target.target_id for target in part.targets]
+    held = pool.with_runs(part.earlier).partition
+    rows = study.lake.query("pool/runs", planner=label, targets=numbers, **held)
+    runs = zip(rows["target_id"].to_pylist(), rows["run"].to_pylist(), strict=True)
+    names = [trajectory_id(target, label, run, pool.pool) for target, run in runs]
+    schema = table("trajectories").schema
+    renamed = rows.set_column(rows.column_names.index("trajectory_id"), "trajectory_id", [names])
+    return renamed.select(schema.names).cast(schema)

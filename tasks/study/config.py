@@ -37,6 +37,8 @@ BASIC_SELECTORS = (
 )  # fmt: skip
 POLICIES = ("BC_MLP", "BC_RNN", "BC_RNN_Dropout", "BC_RNN_MDN")
 MOST_TARGETS = 1_000_000
+GrowBy = Literal["targets", "runs"]
+"""What a study grows by: training targets, or runs of each planner to a target."""
 Choice = Annotated[SelectorChoice, BeforeValidator(SelectorChoice.read)]
 
 

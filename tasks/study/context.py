@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations
 
@@ -66,6 +66,12 @@ class PoolContext:
             "settings": self.settings.model_dump_json(),
             "ompl_version": native.ompl_version(),
         }
+
+    def with_runs(self, runs: int) -> PoolContext:
+        """Return the pool that is made alike with another number of runs to each target."""
+        plan = self.settings.plan.model_copy(update={"runs": runs})
+        settings = self.settings.model_copy(update={"plan": plan})
+        return replace(self, settings=settings, pool=pool_id(self.robot, self.scene, settings))
 
     def training(self, config: StudyConfig) -> TrainSettings:
         """Return how the study trains on this pool: where scenes vary, policies observe them."""

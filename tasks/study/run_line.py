@@ -8,7 +8,7 @@ from plancurate.tasks.study import text
 from plancurate.tasks.study.against import SURE
 from plancurate.tasks.study.comparison import RateDifference, compare_studies
 from plancurate.tasks.study.context import StudyContext
-from plancurate.tasks.study.growth import smaller
+from plancurate.tasks.study.growth import DIMENSIONS, smaller
 from plancurate.tasks.study.results import KINDS
 
 
@@ -23,7 +23,7 @@ def run_line(study: StudyContext, tested_before: frozenset[str], champions: Sequ
     """Say what a run that began with those tests did, and what became of the champions."""
     made = len(held_evaluations(study) - tested_before)
     if not made:
-        said = f"nothing to do, all {len(tested_before)} networks were tested before; `grow` adds targets"
+        said = f"nothing to do, all {len(tested_before)} networks were tested before; `grow` adds targets or runs"
     elif tested_before:
         said = f"went on, {made} of {made + len(tested_before)} networks tested now"
     else:
@@ -35,13 +35,15 @@ def run_line(study: StudyContext, tested_before: frozenset[str], champions: Sequ
 
 
 def growth_line(study: StudyContext) -> str | None:
-    """Say what the targets did that the study has more than when it was smaller; None where it never was."""
-    before = smaller(study)
-    if before is None:
+    """Say what the targets or runs did that the study has more than when it was smaller; None where it never was."""
+    found = smaller(study)
+    if found is None:
         return None
+    by, before = found
+    size, words = DIMENSIONS[by].size(before.config), DIMENSIONS[by].words
     for kind in KINDS:
         if rows := compare_studies(study.lake, before.study, study.study, kind).results:
-            return f"{difference_line(rows[0])} ({before.config.n_targets} training targets before, {kind} tests)"
+            return f"{difference_line(rows[0])} ({size} {words} before, {kind} tests)"
     return f"no test in common with {before.study}"
 
 

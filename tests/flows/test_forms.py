@@ -132,8 +132,9 @@ def test_a_form_takes_files_and_parameters(flows: dict[str, Flow[..., Any]]) -> 
         "candidates": {"targets": None, "plan": {"runs": 1}},
     }
     schema = flows["study"].parameters.model_dump()
-    assert validate({"config": config, "grow": 5}, schema) == []
+    assert validate({"config": config, "grow": 5, "grow_by": "runs"}, schema) == []
     assert validate({"config": config, "grow": -1}, schema)
+    assert validate({"config": config, "grow": 5, "grow_by": "seeds"}, schema)
 
 
 def test_what_is_filled_in_lies_over_the_preset(flows: dict[str, Flow[..., Any]]) -> None:

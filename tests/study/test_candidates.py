@@ -1,14 +1,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import pyarrow as pa
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from plancurate.tasks.candidates import generate
+from plancurate.tasks.candidates.plan import PlannedPath, plan_candidate
 from plancurate.tasks.lake.home import Home
 from plancurate.tasks.lake.manifest import forget, locked
-from plancurate.tasks.study.candidates import gaps, study_targets
+from plancurate.tasks.study.candidates import gaps, make_part, missing_parts, study_targets
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import StudyContext, open_study
 
@@ -42,3 +46,37 @@ def test_targets_whose_part_was_lost_are_drawn_again_as_they_were(tmp_path: Path
         forget(folder, ["part-000002-000003.parquet"])
     (folder / "part-000002-000003.parquet").unlink()
     assert drawn(opened(tmp_path, 6)) == before
+
+
+def planned(home: Path, runs: int) -> tuple[list[int], pa.Table]:
+    """Plan what a pool of so many runs lacks: how many runs each part took over, and all rows but their seconds."""
+    values = {"planners": ["RRTConnect", "PRM"], "candidates": {"plan": {"runs": runs}}}
+    study = open_study(load_config("smoke", None, values), Home(home))
+    (pool,) = study.pools
+    parts = missing_parts(study, pool, study_targets(study, pool))
+    for part in parts:
+        made = make_part(study, part)
+        assert made.runs == runs
+    assert not missing_parts(study, pool, study_targets(study, pool))
+    rows = study.lake.read("trajectories", pool.partition).sort_by("trajectory_id")
+    return [part.earlier for part in parts], rows.drop_columns(["plan_s", "timing_s", "verify_s"])
+
+
+@pytest.mark.slow
+def test_runs_that_a_smaller_pool_holds_are_taken_over_and_not_planned_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    earlier, expected = planned(tmp_path / "at_once", 3)
+    assert earlier == [0, 0, 0, 0]
+    planned(tmp_path / "grown", 1)
+    runs: list[int] = []
+
+    def watched(*args: Any) -> PlannedPath:
+        runs.append(args[4])
+        return plan_candidate(*args)
+
+    monkeypatch.setattr(generate, "plan_candidate", watched)
+    earlier, rows = planned(tmp_path / "grown", 3)
+    assert earlier == [1, 1, 1, 1]
+    assert sorted(runs) == [1, 1, 1, 1, 2, 2, 2, 2]
+    assert rows.equals(expected)

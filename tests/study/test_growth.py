@@ -1,4 +1,4 @@
-"""Studies that grow by training targets, on made-up trials."""
+"""Studies that grow by training targets or runs, on made-up trials."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from plancurate.tasks.lake.home import Home
 from plancurate.tasks.study import growth
 from plancurate.tasks.study.config import StudyConfig
 from plancurate.tasks.study.context import StudyContext, open_study
-from plancurate.tasks.study.growth import grown, known_sizes, smaller, with_targets
+from plancurate.tasks.study.growth import grown, known_sizes, smaller, with_runs, with_targets
 from plancurate.tasks.study.run_line import held_evaluations, run_line
 
 from ..studies import StudyMaker
@@ -32,9 +32,14 @@ def ended(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def ran(study: StudyContext, n_targets: int, outcomes: str = "S", selector: str = "KMeans") -> StudyContext:
     """Record that the study was tested with so many training targets."""
-    study, maker = with_targets(study, n_targets), StudyMaker(study.lake)
-    pool = study.pools[0].partition
-    maker.record(study.config.name, study.key, ((pool, ""),), n_targets=n_targets)
+    return was_tested(with_targets(study, n_targets), outcomes, selector)
+
+
+def was_tested(study: StudyContext, outcomes: str = "S", selector: str = "KMeans") -> StudyContext:
+    """Record that the study was tested."""
+    maker, pool = StudyMaker(study.lake), study.pools[0].partition
+    config, n_targets = study.config.model_dump_json(), study.config.n_targets
+    maker.record(study.config.name, study.key, ((pool, ""),), n_targets=n_targets, config=config)
     maker.test(study.study, selector, 20, "BC_MLP", outcomes, kind="unseen", pool=pool, xs=XS)
     return study
 
@@ -48,7 +53,8 @@ def test_sizes_are_those_of_the_same_study_alone(study: StudyContext) -> None:
         "nightly", with_targets(study, 9).key, n_targets=9
     )  # stopped before any test
     assert known_sizes(study) == [2, 4]
-    assert smaller(with_targets(study, 4)).study == study.study
+    by, found = smaller(with_targets(study, 4))
+    assert (by, found.study) == ("targets", study.study)
     assert smaller(study) is None
 
 
@@ -90,7 +96,7 @@ def test_a_run_says_that_it_had_nothing_to_do(study: StudyContext) -> None:
     said = run_line(study, held_evaluations(study), ["a champion"])
     assert (
         said
-        == f"{study.study}: nothing to do, all 1 networks were tested before; `grow` adds targets; a champion"
+        == f"{study.study}: nothing to do, all 1 networks were tested before; `grow` adds targets or runs; a champion"
     )
 
 
@@ -118,3 +124,34 @@ def test_a_grown_study_is_compared_with_the_one_before(study: StudyContext, now:
         f"{larger.study}: 5 training targets, 1 network tested; KMeans k=20 from 25.0 to {100 * len(now) / 40} %, "
     )
     assert said.endswith(f", {chance} (2 training targets before, unseen tests)")
+
+
+@pytest.mark.usefixtures("ended")
+def test_a_study_may_grow_by_runs_as_well(study: StudyContext) -> None:
+    assert grown(CONFIG, study.home, 2, "runs") == CONFIG
+    was_tested(study)
+    was_tested(with_runs(study, 7))
+    ran(study, 4)  # has grown by targets, and counts for no number of runs
+    assert known_sizes(study, "runs") == [3, 7]
+    larger = grown(CONFIG, study.home, 2, "runs")
+    assert (larger.candidates.plan.runs, larger.n_targets) == (9, 2)
+    assert open_study(larger, study.home).study == with_runs(study, 9).study
+    by, found = smaller(with_runs(study, 9))
+    assert (by, found.study) == ("runs", with_runs(study, 7).study)
+
+
+def test_runs_that_a_variant_fixes_do_not_grow(study: StudyContext) -> None:
+    config = CONFIG.model_copy(update={"pools": {"many": {"plan": {"runs": 9}}}})
+    with pytest.raises(PlancurateError, match=r"^grow_by = runs: pools\.many\.plan\.runs "):
+        grown(config, study.home, 1, "runs")
+
+
+@pytest.mark.slow
+def test_a_study_that_grew_by_runs_is_compared_with_the_one_before(study: StudyContext) -> None:
+    was_tested(study, "S" * 10 + "." * 30)
+    larger = was_tested(with_runs(study, 5), "S" * 30 + "." * 10)
+    said = run_line(larger, frozenset(), [])
+    assert said.startswith(
+        f"{larger.study}: 2 training targets, 1 network tested; KMeans k=20 from 25.0 to 75.0 %, "
+    )
+    assert said.endswith(", better (3 runs of each planner to a target before, unseen tests)")
