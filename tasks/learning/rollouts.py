@@ -72,13 +72,22 @@ class Trials:
             lower = np.maximum(self.robot.lower, now - self.longest)
             inside = ((q >= lower) & (q <= np.minimum(self.robot.upper, now + self.longest))).all(axis=1)
         q = np.where((inside & ~self.stopped)[:, None], q, now)
-        free = native.edge_is_free(self.robot.native, self.scene.native, now, q, self.settings.resolution)
+        free = self._free(now, q)
         self.out_of_limits |= scored & ~inside
         self.collided |= scored & ~free
         broken = scored & ~(inside & free)
         self.refused = np.where(broken[:, None], asked, self.refused)
         self.stopped |= ~(inside & free)
         self._arrive(np.where(free[:, None], q, now), scored & ~self.stopped)
+
+    def _free(self, now: FloatArray, q: FloatArray) -> BoolArray:
+        """Whether each way (b,) from joint angles `now` to q (b, n) is free; who stays is where it was free to go."""
+        moving = np.flatnonzero((q != now).any(axis=1))
+        free = np.ones(len(q), dtype=bool)
+        free[moving] = native.edge_is_free(
+            self.robot.native, self.scene.native, now[moving], q[moving], self.settings.resolution
+        )
+        return free
 
     def _arrive(self, q: FloatArray, scored: BoolArray) -> None:
         before, self.state = self.state, self.state.after(q)

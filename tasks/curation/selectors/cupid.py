@@ -51,6 +51,8 @@ from plancurate.tasks.learning.settings import TrainSettings
 Objective = Literal["target", "all"]
 SHARES = (0.05, 0.95)
 """Shares of successful rollouts between which returns tell good actions from bad ones."""
+AT_ONCE = 256
+"""Trajectories whose steps' gradients are held at once."""
 USES: tuple[Used, ...] = ("training", "evaluation", "timing")
 
 
@@ -157,9 +159,8 @@ def score(
     projections = draw_projections(policy.network, settings.projection, np.random.default_rng(seed))
     gradients = Gradients(policy.network, projections, settings.output, policy.sigma)
     of_rollouts = _of_trajectories(gradients, rollouts.steps, settings.aggregation)
-    shown = gradients.factors(demos.observations, demos.actions)
-    of_demos = trajectory_gradients(shown, demos.starts, demos.lengths, settings.aggregation)
-    hessian = Hessian(gram(shown), settings.ridge)
+    of_demos = _of_trajectories(gradients, demos, settings.aggregation)
+    hessian = Hessian(gram(gradients, demos.observations, demos.actions), settings.ridge)
     scale = np.sqrt(hessian.self_influence(of_demos)) if settings.normalise else 1.0
 
     def psi(objective: Objective, which: slice) -> FloatArray:
@@ -175,8 +176,16 @@ def score(
 
 
 def _of_trajectories(gradients: Gradients, steps: Steps, aggregation: Aggregation) -> FloatArray:
-    factors = gradients.factors(steps.observations, steps.actions)
-    return trajectory_gradients(factors, steps.starts, steps.lengths, aggregation)
+    """Gradients (trajectories, d) of whole trajectories, some at once: factors of all steps would fill gigabytes."""
+    some = [slice(first, first + AT_ONCE) for first in range(0, len(steps.starts), AT_ONCE)]
+    return np.concatenate([_of_some(gradients, steps, trajectories, aggregation) for trajectories in some])
+
+
+def _of_some(gradients: Gradients, steps: Steps, trajectories: slice, aggregation: Aggregation) -> FloatArray:
+    starts, lengths = steps.starts[trajectories], steps.lengths[trajectories]
+    theirs = slice(starts[0], starts[-1] + lengths[-1])
+    factors = gradients.factors(steps.observations[theirs], steps.actions[theirs])
+    return trajectory_gradients(factors, starts - starts[0], lengths, aggregation)
 
 
 def return_gradients(

@@ -10,15 +10,18 @@ Hessian of the loss.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 from scipy.linalg import cho_factor, cho_solve
 
 from plancurate.tasks.learning.demonstrations import Float32Array, FloatArray, IntArray
 
+Step = TypeVar("Step", bound=np.generic)
 Output = Literal["loglik", "square"]
 Aggregation = Literal["mean", "sum"]
 Activation = Literal["tanh", "relu"]
@@ -44,21 +47,26 @@ class Network:
         """What goes into each layer (steps, inputs) for observations x (steps, o), and last what comes out."""
         values = [x]
         for k, (weight, bias) in enumerate(self.layers):
-            x = x @ weight + bias
-            values.append(self._bend(x) if k + 1 < len(self.layers) else x)
-            x = values[-1]
+            out = values[-1] @ weight
+            out += bias
+            if k + 1 < len(self.layers):
+                self._bend(out)
+            values.append(out)
         return values
 
-    def _bend(self, x: Float32Array) -> Float32Array:
-        return np.tanh(x) if self.activation == "tanh" else np.maximum(x, 0)
+    def _bend(self, x: Float32Array) -> None:
+        if self.activation == "tanh":
+            np.tanh(x, out=x)
+        else:
+            np.maximum(x, 0, out=x)
 
     def slope(self, h: Float32Array) -> Float32Array:
         """Derivative (steps, units) of hidden units by their input, given what comes out of them."""
-        return np.asarray(1 - h**2 if self.activation == "tanh" else h > 0, dtype=np.float32)
+        return 1 - h * h if self.activation == "tanh" else (h > 0).astype(np.float32)
 
     def act(self, x: Float32Array) -> Float32Array:
         """Actions (steps, n) for observations x (steps, o)."""
-        return self.inputs(x)[-1]
+        return np.concatenate([self.inputs(part)[-1] for part in in_chunks(x)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +83,7 @@ class Gradients:
     def factors(self, observations: Float32Array, actions: Float32Array) -> Factors:
         """Factors of the steps' gradients, for observations (steps, o) and actions (steps, n)."""
         parts = [
-            self._factors(observations[first : first + CHUNK], actions[first : first + CHUNK])
-            for first in range(0, len(observations), CHUNK)
+            self._factors(*part) for part in zip(in_chunks(observations), in_chunks(actions), strict=True)
         ]
         return [
             (np.concatenate([part[k][0] for part in parts]), np.concatenate([part[k][1] for part in parts]))
@@ -93,8 +100,14 @@ class Gradients:
             of_delta, of_h = self.projections[k]
             found.append((delta @ of_delta, inputs[k] @ of_h[:-1] + of_h[-1]))
             if k:
-                delta = (delta @ self.network.layers[k][0].T) * self.network.slope(inputs[k])
+                delta = delta @ self.network.layers[k][0].T
+                delta *= self.network.slope(inputs[k])
         return found[::-1]
+
+
+def in_chunks(steps: npt.NDArray[Step]) -> Iterator[npt.NDArray[Step]]:
+    """CHUNK steps after CHUNK steps, so that hidden units stay in the processor's cache; at least one, if empty."""
+    return (steps[first : first + CHUNK] for first in range(0, max(len(steps), 1), CHUNK))
 
 
 def draw_projections(
@@ -131,14 +144,14 @@ def trajectory_gradients(
     return sums if aggregation == "sum" else sums / np.maximum(lengths, 1)[:, None]
 
 
-def gram(factors: Factors) -> FloatArray:
-    """Phi^T Phi (d, d) over the steps, or over GRAM_STEPS of them spread evenly."""
-    steps = len(factors[0][0])
+def gram(gradients: Gradients, observations: Float32Array, actions: Float32Array) -> FloatArray:
+    """Phi^T Phi (d, d) over observations (steps, o) and actions (steps, n), or GRAM_STEPS of them spread evenly."""
+    steps = len(observations)
     rows = np.linspace(0, steps - 1, min(steps, GRAM_STEPS)).astype(np.int64)
     total: FloatArray = np.zeros(())
-    for first in range(0, len(rows), CHUNK):
-        part = rows[first : first + CHUNK]
-        outer = [(delta[part, :, None] * h[part, None, :]).reshape(len(part), -1) for delta, h in factors]
+    for part in in_chunks(rows):
+        factors = gradients.factors(observations[part], actions[part])
+        outer = [(delta[:, :, None] * h[:, None, :]).reshape(len(part), -1) for delta, h in factors]
         phi = np.concatenate(outer, axis=1)
         total = total + (phi.T @ phi)  # float32 within a chunk, float64 over all
     return np.asarray(total)

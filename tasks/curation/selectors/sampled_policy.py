@@ -68,13 +68,12 @@ class SampledPolicy:
     sigma: float
     trained: TrainedPolicy
 
-    def sample(self, observations: FloatArray, rng: np.random.Generator) -> tuple[Float32Array, Float32Array]:
-        """Standardised observations (b, o) and actions (b, n) drawn for them, given observations (b, o)."""
+    def sample(self, observations: FloatArray, noise: FloatArray) -> tuple[Float32Array, Float32Array]:
+        """Standardised observations (b, o) and actions (b, n), given observations and standard normal draws (b, n)."""
         norm = self.trained.normaliser
         seen = (observations - norm.observation_mean.numpy()) / norm.observation_scale.numpy()
         mu = self.network.act(seen.astype(np.float32))
-        noise = rng.normal(0, self.sigma, mu.shape)
-        return seen.astype(np.float32), (mu + noise).astype(np.float32)
+        return seen.astype(np.float32), (mu + self.sigma * noise).astype(np.float32)
 
     def next_q(self, actions: Float32Array, q: FloatArray) -> FloatArray:
         """Joint angles (b, n) that standardised actions lead to from joint angles q (b, n), rad or m."""
@@ -136,27 +135,31 @@ def roll_out(problem: Problem, policy: SampledPolicy, each: int) -> Rollouts:
     goals = None if shown is None else shown.at(positions)
     trials = Trials(problem.robot, problem.scene, positions, settings, dt, goals)
     terms = [name for name, _ in policy.trained.layout]
-    seen, done, lengths = [], [], np.zeros(len(positions), dtype=np.int64)
+    taken = []
     for _ in range(settings.max_steps):
-        observations, actions = policy.sample(observe(terms, trials.state), rng)
-        seen.append(observations)
-        done.append(actions)
-        lengths += ~(trials.reached | trials.stopped)
-        trials.move(policy.next_q(actions, trials.state.q))
+        under_way = np.flatnonzero(~(trials.reached | trials.stopped))
+        # Drawn for all, so that what one rollout does hangs on no other one's end.
+        noise = rng.standard_normal(trials.state.q.shape)[under_way]
+        seen, actions = policy.sample(observe(terms, trials.state.take(under_way)), noise)
+        asked = trials.state.q.copy()
+        asked[under_way] = policy.next_q(actions, asked[under_way])
+        taken.append((under_way, seen, actions))
+        trials.move(asked)
         if (trials.reached | trials.stopped).all():
             break
     return Rollouts(
-        steps=_joined(seen, done, lengths),
+        steps=_in_order(taken, len(positions)),
         returns=np.where(trials.reached, 1.0, -1.0),
         target=np.repeat(np.arange(problem.pool.n_targets), each),
     )
 
 
-def _joined(seen: list[Float32Array], done: list[Float32Array], lengths: IntArray) -> Steps:
-    """The first steps of each rollout (lengths), from arrays (rollouts, ...) of all rollouts at each step."""
-    taken = np.arange(len(seen))[None, :] < lengths[:, None]
-    observations, actions = (np.stack(values, axis=1)[taken] for values in (seen, done))
-    return Steps(observations, actions, np.cumsum(lengths) - lengths, lengths)
+def _in_order(taken: list[tuple[IntArray, Float32Array, Float32Array]], rollouts: int) -> Steps:
+    """One rollout after another, from the rows, observations and actions of those that were under way at each step."""
+    rows, observations, actions = (np.concatenate(values) for values in zip(*taken, strict=True))
+    order = np.argsort(rows, kind="stable")
+    lengths = np.bincount(rows, minlength=rollouts)
+    return Steps(observations[order], actions[order], np.cumsum(lengths) - lengths, lengths)
 
 
 def own_targets(pool: Pool, each: int, seed: int) -> FloatArray:

@@ -174,7 +174,7 @@ def test_projections_that_are_large_enough_change_nothing_and_smaller_ones_littl
     scores = []
     for size in (None, 8, 6):
         gradients = Gradients(network, draw_projections(network, size, rng), "loglik", 0.5)
-        hessian = Hessian(gram(gradients.factors(steps.observations, steps.actions)), 1e-3)
+        hessian = Hessian(gram(gradients, steps.observations, steps.actions), 1e-3)
         objective = (returns[:, None] * of_trajectories(gradients, others)).mean(0, keepdims=True)
         scores.append(of_trajectories(gradients, steps) @ hessian.solve(objective)[0])
     np.testing.assert_allclose(scores[1], scores[0], rtol=1e-2, atol=1e-3 * np.abs(scores[0]).max())
@@ -211,7 +211,7 @@ def test_influence_on_a_linear_policy_is_the_change_of_the_return_after_training
     of_return = cupid.return_gradients(
         of_trajectories(gradients, rollouts), returns, np.zeros(len(tried), int), 1, "all"
     )
-    hessian = Hessian(gram(gradients.factors(steps.observations, steps.actions)), 1e-9)
+    hessian = Hessian(gram(gradients, steps.observations, steps.actions), 1e-9)
     psi = of_trajectories(gradients, steps) @ hessian.solve(of_return)[0]
 
     change, epsilon = np.empty(demos), 1e-3
@@ -267,7 +267,7 @@ def test_self_influence_is_positive(worked: Worked) -> None:
     network = worked.policy.network
     projections = draw_projections(network, 12, np.random.default_rng(0))
     gradients = Gradients(network, projections, "loglik", worked.policy.sigma)
-    hessian = Hessian(gram(gradients.factors(worked.steps.observations, worked.steps.actions)), 1e-3)
+    hessian = Hessian(gram(gradients, worked.steps.observations, worked.steps.actions), 1e-3)
     assert (hessian.self_influence(of_trajectories(gradients, worked.steps)) > 0).all()
 
 
