@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import reduce
-from operator import getitem
 from typing import Any, get_args
 
 from plancurate.errors import PlancurateError
@@ -29,11 +27,14 @@ class Dimension:
 
     def size(self, config: StudyConfig) -> int:
         """How many a study has."""
-        return int(reduce(getattr, self.field, config))
+        return self.recorded(config.model_dump())
 
     def recorded(self, config: Mapping[str, Any]) -> int:
         """How many a study has whose configuration was read from the lake."""
-        return int(reduce(getitem, self.field, config))
+        value: Any = config
+        for name in self.field:
+            value = value[name]
+        return int(value)
 
 
 def with_targets(study: StudyContext, n_targets: int) -> StudyContext:
