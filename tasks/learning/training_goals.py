@@ -28,12 +28,22 @@ NEAR_STREAM = 2
 
 @dataclass(frozen=True, eq=False)
 class TrainingGoals:
-    """g training targets and the goal configuration that the demonstrations to each stand for."""
+    """g training targets and the goal configuration that the demonstrations to each stand for; equal if these are."""
 
     positions: FloatArray
     """(g, 3), m."""
     configurations: FloatArray
     """(g, n), rad or m."""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, TrainingGoals) and self._content == other._content
+
+    def __hash__(self) -> int:
+        return hash(self._content)
+
+    @property
+    def _content(self) -> tuple[bytes, bytes]:
+        return self.positions.tobytes(), self.configurations.tobytes()
 
     def at(self, positions: FloatArray) -> FloatArray:
         """Goal configurations (t, n) that they suggest at positions (t, 3), m: see `suggested_goals`."""

@@ -24,8 +24,7 @@ from plancurate.tasks.learning.test_targets import (
     reachable_tests,
     unseen_tests,
 )
-from plancurate.tasks.learning.training_goals import FloatArray
-from plancurate.tasks.motion.rollout import goals_of
+from plancurate.tasks.learning.training_goals import FloatArray, TrainingGoals, chosen_goals
 from plancurate.tasks.study.clusters import answering_clusters
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.identity import digest
@@ -52,28 +51,35 @@ def tested_scenes(pool: PoolContext, tests: TargetsUnderTest) -> list[Scene]:
 def goals_at(
     study: StudyContext,
     pool: PoolContext,
-    trained: TrainedPolicy,
+    training: TrainingGoals | None,
     scenes: Sequence[Scene],
     positions: FloatArray,
     test_ids: Sequence[int],
 ) -> FloatArray | None:
-    """Return the goals (t, n) that a network is shown at tests at positions (t, 3), m; None where no term needs any."""
-    if trained.goals is None:
+    """Return the goals (t, n) that a network with these is shown at positions (t, 3), m; None where it has none."""
+    if training is None:
         return None
     seed, targets = study.config.evaluation.seed, pool.settings.targets
     goals = np.empty((len(positions), pool.robot.dof))
     for scene, rows in rows_by_scene(scenes):
-        numbers = [test_ids[i] for i in rows]
-        goals[rows] = goals_of(trained, pool.robot, scene, positions[rows], targets, seed, numbers)
+        seeds = [(seed, test_ids[i]) for i in rows]
+        goals[rows] = chosen_goals(training, pool.robot, scene, positions[rows], targets, seeds)
     return goals
+
+
+@lru_cache(maxsize=128)  # networks of one selection are shown the same, whatever their policy and seed
+def goals_of_tests(
+    study: StudyContext, pool: PoolContext, training: TrainingGoals | None, tests: TargetsUnderTest
+) -> FloatArray | None:
+    """Return the goals (t, n) that a network with these is shown at a pool's tests; None where it has none."""
+    return goals_at(study, pool, training, tested_scenes(pool, tests), tests.position, tests.test_id.tolist())
 
 
 def network_goals(
     study: StudyContext, pool: PoolContext, trained: Sequence[TrainedPolicy], tests: TargetsUnderTest
 ) -> FloatArray | None:
     """Return goal configurations (networks, tests, n) by what each network was shown; None where no term needs any."""
-    scenes, numbers = tested_scenes(pool, tests), tests.test_id.tolist()
-    goals = [goals_at(study, pool, policy, scenes, tests.position, numbers) for policy in trained]
+    goals = [goals_of_tests(study, pool, policy.goals, tests) for policy in trained]
     shown = [one for one in goals if one is not None]
     return np.stack(shown) if shown else None
 

@@ -62,7 +62,7 @@ def verdict_rows(study: StudyContext, pool: PoolContext, network: Network) -> li
     policy = load_network(study, network)
     positions = np.array([[test["x"], test["y"], test["z"]] for test in reached])
     scenes = pool.scenes_of_tests([test["kind"] for test in reached], [test["target_id"] for test in reached])
-    goals = goals_at(study, pool, policy, scenes, positions, [test["test_id"] for test in reached])
+    goals = goals_at(study, pool, policy.goals, scenes, positions, [test["test_id"] for test in reached])
     settings, dt = study.config.evaluation, pool.settings.timing.dt
     rows = []
     for scene, own in rows_by_scene(scenes):

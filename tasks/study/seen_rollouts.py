@@ -87,7 +87,7 @@ def tested_shot(study: StudyContext, pool: PoolContext, row: Mapping[str, Any]) 
     position, settings = np.array([row["x"], row["y"], row["z"]]), study.config.evaluation
     policy = load_network(study, network_of(study, cell, position))
     scenes = pool.scenes_of_tests([row["kind"]], [row["target_id"]])
-    goals = goals_at(study, pool, policy, scenes, position[None], [row["test_id"]])
+    goals = goals_at(study, pool, policy.goals, scenes, position[None], [row["test_id"]])
     dt = pool.settings.timing.dt
     run = rollout_run(policy, pool.robot, scenes[0], position, settings, dt, goals)
     title = f"{row['policy']} on {label(row['selector'], row['budget'])}"
