@@ -10,6 +10,7 @@ import pytest
 
 from plancurate import native
 from plancurate.tasks.lake.home import Home
+from plancurate.tasks.study import evaluations
 from plancurate.tasks.study.config import load_config
 from plancurate.tasks.study.context import PoolContext, StudyContext, open_study
 from plancurate.tasks.study.demonstrations import selected_demonstrations
@@ -56,7 +57,7 @@ def pool(study: StudyContext) -> PoolContext:
 
 
 def test_networks_that_observe_goals_are_trained_and_tested_with_goals_of_their_own(
-    study: StudyContext, pool: PoolContext
+    study: StudyContext, pool: PoolContext, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     networks = wanted_networks(study, study_selections(study))
     train_networks(study, networks)
@@ -64,6 +65,10 @@ def test_networks_that_observe_goals_are_trained_and_tested_with_goals_of_their_
     goals = network_goals(study, pool, trained, tests)
     assert goals is not None
     assert goals.shape == (2, len(tests), 6)
+    with monkeypatch.context() as searched_once:  # networks of the same selections are shown the same
+        searched_once.delattr(evaluations, "chosen_goals")
+        again = [load_network(study, network) for network in networks]
+        np.testing.assert_array_equal(network_goals(study, pool, again, tests), goals)
     assert native.is_free(pool.robot.native, pool.scene.native, goals.reshape(-1, 6)).all()
     tools = native.fk(pool.robot.native, goals.reshape(-1, 6))[:, :3, 3]
     np.testing.assert_allclose(tools, np.tile(tests.position, (2, 1)), atol=1e-5)

@@ -217,3 +217,11 @@ def test_a_term_that_needs_a_goal_is_refused_where_there_is_none(robot: Robot, t
     list_files(tmp_path / "short", ("policy.json", "policy.safetensors"))
     with pytest.raises(PlancurateError, match=r"goals.configurations \(2, 5\); .* \(g, 6\)"):
         load_policy(tmp_path / "short")
+
+
+def test_goals_are_equal_by_content() -> None:
+    one, same = along_x((0.3, [0.0, 1.0]), (0.5, [0.5, 1.0])), along_x((0.3, [0.0, 1.0]), (0.5, [0.5, 1.0]))
+    other = along_x((0.3, [0.0, 1.0]), (0.5, [0.5, 1.5]))
+    assert one == same
+    assert one != other
+    assert len({one, same, other}) == 2
