@@ -38,12 +38,11 @@ class Lake(LakeFolder):
 
         A parameter that is called like a level ($pool, $study, ...) is that level's value.
         """
-        levels = {level: value for level, value in parameters.items() if isinstance(value, str)}
-        return self._run(load(name), levels, parameters)
+        return self._run(load(name), _levels(parameters), parameters)
 
-    def query_sound(self, name: str) -> pa.Table:
-        """Run sql/<name>.sql over all that is sound, whatever else there is: for lists of what there is."""
-        return self._run(load(name), {}, judge=_accept)
+    def query_sound(self, name: str, **parameters: object) -> pa.Table:
+        """As `query`, over all that is sound, whatever else there is: for what there is, and what may be taken over."""
+        return self._run(load(name), _levels(parameters), parameters, judge=_accept)
 
     def sql(self, statement: str, say: Callable[[str], object] = warnings.warn) -> pa.Table:
         """Run one SELECT of the user's: nothing is written, no file outside the lake is opened.
@@ -99,6 +98,10 @@ class Lake(LakeFolder):
                 if not attempts_left:
                     raise
         raise AssertionError("unreachable")
+
+
+def _levels(parameters: Mapping[str, object]) -> dict[str, str]:
+    return {level: value for level, value in parameters.items() if isinstance(value, str)}
 
 
 def _accept(damage: Iterable[Damage]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -80,20 +79,12 @@ def goals_of(
     positions: FloatArray,
     targets: TargetSettings,
     seed: int,
-    numbers: Sequence[int] | None = None,
 ) -> FloatArray | None:
     """Joint angles (t, n) to end at, by what the policy was shown; None for one that observes none.
 
-    What a position's goal is searched by is drawn by the seed and its number (t,): its place, unless given.
+    What a position's goal is searched by is drawn by the seed and its place among the positions.
     """
     if policy.goals is None:
         return None
-    numbers = range(len(positions)) if numbers is None else numbers
-    return chosen_goals(
-        policy.goals,
-        robot,
-        scene,
-        positions,
-        targets,
-        [(seed, number) for number in numbers],
-    )
+    seeds = [(seed, place) for place in range(len(positions))]
+    return chosen_goals(policy.goals, robot, scene, positions, targets, seeds)

@@ -89,24 +89,29 @@ def missing_parts(study: StudyContext, pool: PoolContext, targets: Sequence[Targ
     """Return what the lake lacks of a pool, in groups of `targets_per_task`, target by target."""
     planned = study.lake.query("pool/planned", **pool.partition).to_pylist()
     done = {(row["planner"], row["target_id"]) for row in planned}
-    earlier = earlier_runs(study, pool)
+    left = {
+        planner: [target for target in targets if (find_source(planner).label, target.target_id) not in done]
+        for planner in study.config.planners
+    }
+    earlier = earlier_runs(study, pool) if any(left.values()) else Counter()
     parts, size = [], study.config.targets_per_task
-    for planner in study.config.planners:
-        label = find_source(planner).label
-        left = [target for target in targets if (label, target.target_id) not in done]
-        for runs in sorted({earlier[label, target.target_id] for target in left}):
-            alike = [target for target in left if earlier[label, target.target_id] == runs]
+    for planner, without in left.items():
+        runs_of = {
+            target.target_id: earlier[find_source(planner).label, target.target_id] for target in without
+        }
+        for runs in sorted(set(runs_of.values())):
+            alike = [target for target in without if runs_of[target.target_id] == runs]
             groups = (tuple(alike[i : i + size]) for i in range(0, len(alike), size))
             parts += [Part(pool.pool, planner, group, runs) for group in groups]
     return sorted(parts, key=lambda part: part.label)
 
 
 def earlier_runs(study: StudyContext, pool: PoolContext) -> Counter[tuple[str, int]]:
-    """Return how many runs of a source to a target the lake has in a pool that is made alike with fewer runs."""
+    """Return how many runs of a source to a target the lake has, all of them sound, in a pool of fewer runs."""
     known: Counter[tuple[str, int]] = Counter()
     for runs in range(1, pool.settings.plan.runs):
-        planned = study.lake.query("pool/planned", **pool.with_runs(runs).partition).to_pylist()
-        known |= Counter({(row["planner"], row["target_id"]): runs for row in planned})
+        planned = study.lake.query_sound("pool/planned", **pool.with_runs(runs).partition).to_pylist()
+        known |= Counter({(row["planner"], row["target_id"]): runs for row in planned if row["runs"] == runs})
     return known
 
 
@@ -141,17 +146,17 @@ def planned_in(
     source = pool.source_of_target(targets[0].target_id)
     setting = Setting(study.config.robot, source, pool.settings.timing, pool.settings.verify)
     postprocess = shared_postprocess(setting)
-    settings = pool.settings
-    return generate_candidates(
-        pool.robot, scene, targets, planner, settings, postprocess, pool.pool, first_run
-    )[0]
+    rows, _ = generate_candidates(
+        pool.robot, scene, targets, planner, pool.settings, postprocess, pool.pool, first_run
+    )
+    return rows
 
 
 def taken_over(study: StudyContext, pool: PoolContext, part: Part) -> pa.Table:
     """The earlier runs of a part, under their names in this pool."""
     label, numbers = find_source(part.planner).label, [target.target_id for target in part.targets]
     held = pool.with_runs(part.earlier).partition
-    rows = study.lake.query("pool/runs", planner=label, targets=numbers, **held)
+    rows = study.lake.query_sound("pool/runs", planner=label, targets=numbers, **held)
     runs = zip(rows["target_id"].to_pylist(), rows["run"].to_pylist(), strict=True)
     names = [trajectory_id(target, label, run, pool.pool) for target, run in runs]
     schema = table("trajectories").schema

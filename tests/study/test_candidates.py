@@ -80,3 +80,14 @@ def test_runs_that_a_smaller_pool_holds_are_taken_over_and_not_planned_again(
     assert earlier == [1, 1, 1, 1]
     assert sorted(runs) == [1, 1, 1, 1, 2, 2, 2, 2]
     assert rows.equals(expected)
+
+
+@pytest.mark.slow
+def test_what_is_damaged_in_a_smaller_pool_is_planned_again(tmp_path: Path) -> None:
+    _, expected = planned(tmp_path / "at_once", 2)
+    planned(tmp_path / "grown", 1)
+    part = next((tmp_path / "grown").glob("lake/trajectories/robot=h2017/**/planner=PRM/part-*.parquet"))
+    part.write_bytes(part.read_bytes()[:-1])
+    earlier, rows = planned(tmp_path / "grown", 2)
+    assert sorted(earlier) == [0, 1, 1, 1]
+    assert rows.equals(expected)
