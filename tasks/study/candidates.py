@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -89,20 +89,23 @@ def missing_parts(study: StudyContext, pool: PoolContext, targets: Sequence[Targ
     """Return what the lake lacks of a pool, in groups of `targets_per_task`, target by target."""
     planned = study.lake.query("pool/planned", **pool.partition).to_pylist()
     done = {(row["planner"], row["target_id"]) for row in planned}
-    left = {
-        planner: [target for target in targets if (find_source(planner).label, target.target_id) not in done]
-        for planner in study.config.planners
-    }
-    earlier = earlier_runs(study, pool) if any(left.values()) else Counter()
-    parts, size = [], study.config.targets_per_task
-    for planner, without in left.items():
-        runs_of = {
-            target.target_id: earlier[find_source(planner).label, target.target_id] for target in without
-        }
-        for runs in sorted(set(runs_of.values())):
-            alike = [target for target in without if runs_of[target.target_id] == runs]
-            groups = (tuple(alike[i : i + size]) for i in range(0, len(alike), size))
-            parts += [Part(pool.pool, planner, group, runs) for group in groups]
+    labels = {planner: find_source(planner).label for planner in study.config.planners}
+    left = [
+        (planner, target)
+        for planner, label in labels.items()
+        for target in targets
+        if (label, target.target_id) not in done
+    ]
+    earlier = earlier_runs(study, pool) if left else Counter()
+    alike: defaultdict[tuple[str, int], list[Target]] = defaultdict(list)
+    for planner, target in left:
+        alike[planner, earlier[labels[planner], target.target_id]].append(target)
+    size = study.config.targets_per_task
+    parts = [
+        Part(pool.pool, planner, tuple(group[first : first + size]), runs)
+        for (planner, runs), group in alike.items()
+        for first in range(0, len(group), size)
+    ]
     return sorted(parts, key=lambda part: part.label)
 
 
