@@ -8,8 +8,10 @@ from typing import Any
 
 import yaml
 from jinja2 import Environment, StrictUndefined, Template
+from markupsafe import Markup
 
 from plancurate.tasks.report.contents import Report
+from plancurate.tasks.report.markdown import CODE
 
 
 def page(report: Report) -> str:
@@ -28,7 +30,17 @@ def _template() -> Template:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters["yaml"] = _as_yaml
+    environment.filters["words"] = _words
     return environment.from_string(_text("page.html.jinja"))
+
+
+def _words(text: str) -> Markup:
+    """A sentence; what stands between back quotes is code."""
+    parts = [
+        Markup("<code>{}</code>").format(part[1:-1]) if CODE.fullmatch(part) else part
+        for part in CODE.split(text)
+    ]
+    return Markup("").join(parts)
 
 
 def _as_yaml(value: dict[str, Any]) -> str:

@@ -440,6 +440,9 @@ def test_page_markdown_and_json_are_written_with_the_same_tables(report: Report,
     assert "![" not in markdown(report, figures=False)
     assert r"p below 0.05 (\*), 0.01 (\*\*) or 0.001 (\*\*\*)" in text  # not from italic to bold
     assert "`selection_seeds`" in text
+    html = (tmp_path / "tiny" / "index.html").read_text()
+    assert "<code>selection_seeds</code>" in html
+    assert "`" not in re.sub(r"<style>.*?</style>|<pre>.*?</pre>", "", html, flags=re.DOTALL)
     again = load_config("quick", tmp_path / "tiny" / "config.yaml", {})
     assert again.model_dump(mode="json") == report.setup["configuration"]
 
