@@ -19,7 +19,7 @@ SCRIPTS = {
 }  # each script with the configuration that it reads, and reads alone
 MEASURING = {"authors", "predictions", "verifier"}
 """Experiments by which no setting is chosen: they measure what stands."""
-PARTS = {"clearance_labels": "hard_scenes"}
+PARTS = {"clearance_labels": "hard_scenes", "mean_policy": "clutter"}
 """Modules that read no targets of their own, each with the script that gives them some."""
 
 
