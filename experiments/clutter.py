@@ -337,7 +337,7 @@ def measure(
     rates = []
     for number, policy in enumerate(policies(recipe, training, settings, each)):
         success = [one for found in each(partial(reached, policy), tests) for one in found]
-        rates.append(counted(f"{row}, {number} rounds" if recipe.rounds else row, success, hard))
+        rates.append(counted(f"{row}, round {number}" if recipe.rounds else row, success, hard))
         print(f"  {rates[-1].row}: tested", file=sys.stderr, flush=True)
     return rates
 
