@@ -3,9 +3,10 @@
     python experiments/clutter.py [--training 500] [--steps 5000] [--units 256] [--tests 40] [--rows ROW ...] [--json F]
 
 Draws scenes of the family `clutter`, plans in each (the shortest of several runs of RRTConnect, relaxed), trains one
-BC_MLP on all of them, and rolls out in scenes that none was trained in: in all, and to the hard targets, whose straight
-joint line is not free. The goal of a target continues those of a reference, targets in the family's regions without
-obstacles, so that it depends on the scene only where that goal is not free. Nothing is planned at a test.
+BC_MLP on all of them, or several whose mean is the policy, and rolls out in scenes that none was trained in: in all,
+and to the hard targets, whose straight joint line is not free. The goal of a target continues those of a reference,
+targets in the family's regions without obstacles, so that it depends on the scene only where that goal is not free.
+Nothing is planned at a test.
 """
 
 from __future__ import annotations
