@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import pyarrow as pa
@@ -13,7 +15,10 @@ from plancurate.tasks.lake.schema import table
 from plancurate.tasks.study.context import PoolContext, StudyContext
 from plancurate.tasks.study.scenes import rows_by_scene
 
-BLOCK = 16  # targets that one task run labels and one file of the lake holds
+BLOCK = 16
+"""Targets that one task run labels and one file of the lake holds, unless that makes more blocks than BLOCKS."""
+BLOCKS = 64
+"""Each block opens every part of its pool: a number that grew with the pool would cost the square of its size."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +46,13 @@ def _unlabelled(study: StudyContext, pool: PoolContext) -> list[Block]:
     labelled = study.lake.query("study/labelled", **pool.partition, labelling=study.labelling)
     wanted = planned_by_all.intersection(range(study.config.n_targets))
     targets = sorted(wanted.difference(labelled["target_id"].to_pylist()))
-    return [Block(pool.pool, tuple(targets[i : i + BLOCK])) for i in range(0, len(targets), BLOCK)]
+    return blocks(pool.pool, targets)
+
+
+def blocks(pool: str, targets: Sequence[int]) -> list[Block]:
+    """Divide targets of a pool among task runs."""
+    size = max(BLOCK, math.ceil(len(targets) / BLOCKS))
+    return [Block(pool, tuple(targets[i : i + size])) for i in range(0, len(targets), size)]
 
 
 def label_ways(study: StudyContext, block: Block) -> int:

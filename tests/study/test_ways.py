@@ -20,7 +20,7 @@ from plancurate.tasks.study.context import StudyContext, open_study
 from plancurate.tasks.study.pools import study_pools
 from plancurate.tasks.study.records import record_study
 from plancurate.tasks.study.selections import study_pool
-from plancurate.tasks.study.ways import label_ways, unlabelled
+from plancurate.tasks.study.ways import BLOCKS, blocks, label_ways, unlabelled
 
 TWO = ("RRTConnect", "EST")
 CANDIDATES = {
@@ -130,3 +130,12 @@ def test_a_pool_counts_goal_configurations_and_ways_a_target(small_lake: Lake, m
     (pool,) = study_pools(small_lake, study)
     assert (pool.goal_classes, pool.ways) == (4 / 3, 6 / 3)
     assert text.pool(pool).endswith("1.3 goal configurations and 2.0 ways a target")
+
+
+@pytest.mark.parametrize(
+    ("targets", "parts"), [(0, 0), (16, 1), (17, 2), (1024, 64), (1025, 61), (10**6, BLOCKS)]
+)
+def test_a_larger_pool_is_labelled_in_larger_blocks_not_in_ever_more(targets: int, parts: int) -> None:
+    found = blocks("pool", range(targets))
+    assert len(found) == parts
+    assert [target for block in found for target in block.targets] == list(range(targets))
