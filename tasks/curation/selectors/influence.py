@@ -106,7 +106,7 @@ class Gradients:
 
 
 def in_chunks(steps: npt.NDArray[Step]) -> Iterator[npt.NDArray[Step]]:
-    """CHUNK steps after CHUNK steps, so that hidden units stay in the processor's cache; where there are none, that."""
+    """CHUNK steps after CHUNK steps, so that hidden units stay in the processor's cache; of none, one empty chunk."""
     return (steps[first : first + CHUNK] for first in range(0, max(len(steps), 1), CHUNK))
 
 
