@@ -26,7 +26,7 @@ from plancurate.tasks.candidates.settings import TimingSettings, VerifySettings
 from plancurate.tasks.candidates.time_parameterisation import Timed
 
 TIMEOUT_S = 300.0  # for one trajectory, which takes a fraction of a second
-KEPT = 4096  # trajectories of 20 kB or so
+KEPT = 512  # trajectories of 20 kB or so: copies are found by planners of one target, whose parts are planned together
 
 # Pebble limits tasks by the time of day: a clock set forward would cost whatever is in hand.
 pebble.pool.process.time = SimpleNamespace(  # type: ignore[attr-defined, assignment]
