@@ -1,8 +1,9 @@
 """Memory over ten thousand planning tasks in one flow, and what of their time is orchestration.
 
-    python benchmarks/memory.py [--targets 1000] [--runs 1] [--workers 2]
+    python benchmarks/memory.py [--targets 1000] [--runs 3] [--goals pose] [--workers 2]
 
-Runs the real flow on a real Prefect server into an empty home folder: ten planners, one target a task. Beside it, a
+Runs the real flow on a real Prefect server into an empty home folder: ten planners, one target a task, by default with
+the settings that a study has. With one run and the nearest goal a task is as small as it gets. Beside the flow, a
 thread reads the resident memory of the flow's process, of its largest playback process and of Prefect's server. Growth
 is the slope of a line through the second half of the tasks. Orchestration is the processor
 time of all of them beyond the tasks' own work, which a busy machine does not change.
@@ -45,7 +46,8 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--targets", type=int, default=1000)
-    parser.add_argument("--runs", type=int, default=1, help="runs of each task")
+    parser.add_argument("--runs", type=int, default=PlanSettings().runs, help="runs of each task")
+    parser.add_argument("--goals", default=PlanSettings().goals, help="as in a study's candidates.plan.goals")
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
     config = StudyConfig(
@@ -53,7 +55,7 @@ def main() -> None:
         scenes=("free",),
         n_targets=asked.targets,
         planners=PLANNERS,
-        candidates=GenerateSettings(plan=PlanSettings(runs=asked.runs, goals="nearest")),
+        candidates=GenerateSettings(plan=PlanSettings(runs=asked.runs, goals=asked.goals)),
         workers=asked.workers,
     )
     work, ended = Stopwatch(clock=time.thread_time), threading.Event()
