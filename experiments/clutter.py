@@ -300,8 +300,7 @@ def smoothed(scene: Scene, path: FloatArray) -> FloatArray:
     plan = candidate_settings().plan
     kept = planning_scene(scene, plan)
     free = native.edge_is_free(arm().native, kept.native, path[:-1], path[1:], plan.resolution)
-    rng = np.random.default_rng(plan.seed)
-    return relaxed(arm(), scene, kept if free.all() else scene, path, plan.resolution, rng)
+    return relaxed(arm(), scene, kept if free.all() else scene, path, plan.resolution, plan.seed)
 
 
 def references(tests: list[Problems], continued: bool) -> list[Rate]:

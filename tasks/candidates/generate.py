@@ -13,7 +13,7 @@ import pyarrow as pa
 from plancurate import native
 from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
-from plancurate.tasks.candidates import consistent_goals
+from plancurate.tasks.candidates import consistent_goals, relaxed
 from plancurate.tasks.candidates.plan import plan_candidate
 from plancurate.tasks.candidates.postprocess import Postprocess, postprocess
 from plancurate.tasks.candidates.rows import Columns, candidate_row
@@ -47,6 +47,8 @@ def pool_id(robot: Robot, scene: Scene, settings: GenerateSettings) -> str:
     ]
     if settings.plan.goals == "consistent":
         content.append(consistent_goals.REVISION)
+    if settings.plan.simplification == "relaxed":
+        content.append(relaxed.REVISION)
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:12]
 
 

@@ -6,6 +6,8 @@ are shown different ways. Relaxed, those that pass obstacles on the same side co
 
 from __future__ import annotations
 
+from zlib import crc32
+
 import numpy as np
 
 from plancurate import native
@@ -13,6 +15,7 @@ from plancurate.robots.robot import Robot
 from plancurate.robots.scene import Scene
 from plancurate.robots.shapes import FloatArray
 
+REVISION = 1  # raise when paths come out otherwise than before: ids of pools with relaxed paths hold it
 SPACING_RAD = 0.7  # most between the waypoints that are moved, to begin with
 COMFORT_M = 0.08  # a clearance that is worth no detour any more
 PRICE = 4.0  # touching costs so many times its length more
@@ -25,13 +28,20 @@ SPREAD_RAD, NARROWING, LEAST_RAD = 0.2, 0.93, 0.005
 
 
 def relaxed(
-    robot: Robot, scene: Scene, kept: Scene, path: FloatArray, resolution: float, rng: np.random.Generator
+    robot: Robot,
+    scene: Scene,
+    kept: Scene,
+    path: FloatArray,
+    resolution: float,
+    seed: int | None = None,
 ) -> FloatArray:
     """A path (k, n) with the ends of `path` (w, n), w >= 2, that costs less: by its length, near obstacles by more.
 
     Its edges are free in `kept`, the scene grown by the clearance that must be held, if those of `path` are; they are
-    checked at `resolution`, rad. Distances that cost are those from the obstacles and the floor of `scene`.
+    checked at `resolution`, rad. Distances that cost are those from the obstacles and the floor of `scene`. The same
+    arguments give the same path; without a seed the path itself seeds what is drawn, so that copies stay copies.
     """
+    rng = np.random.default_rng(crc32(path.tobytes()) if seed is None else seed)
     points = subdivided(path)
     for number in range(ROUNDS):
         spread = SPREAD_RAD * NARROWING**number + LEAST_RAD

@@ -86,9 +86,10 @@ class PlanSettings(Settings):
     resolution: float = Field(
         default=0.01, gt=0, description="joint step of collision checks along edges, rad"
     )
-    simplification: Literal["off", "partial", "full"] = Field(
+    simplification: Literal["off", "partial", "full", "relaxed"] = Field(
         default="full",
-        description="how far solutions are shortened: not at all, by a drawn number of shortcuts, all the way",
+        description="how far solutions are shortened: not at all, by a drawn number of shortcuts, all the way; "
+        "relaxed: all the way, and then waypoints are moved until the path is short and off obstacles",
     )
     params: dict[str, dict[str, str]] = Field(
         default={}, description="a planner's parameters by OMPL's names"

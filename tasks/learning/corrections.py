@@ -19,6 +19,7 @@ from plancurate.robots.scene import Scene
 from plancurate.tasks.candidates.goals import planning_scene
 from plancurate.tasks.candidates.plan import seed_of
 from plancurate.tasks.candidates.polylines import path_length, travelled
+from plancurate.tasks.candidates.relaxed import relaxed
 from plancurate.tasks.candidates.settings import PlanSettings
 from plancurate.tasks.candidates.sources.ompl import run_planner
 from plancurate.tasks.learning.policies.trained import TrainedPolicy
@@ -128,10 +129,16 @@ def shortest(
     number: tuple[int, int],
     plans: int,
 ) -> FloatArray | None:
-    """The shortest of several plans (w, n) from start (n,) to goal (n,), in the first scene that has one; else None."""
-    for scene in scenes:
-        if paths := list(planned(robot, scene, start, goal, planning, number, plans)):
-            return min(paths, key=path_length)
+    """The shortest of several plans (w, n) from start (n,) to goal (n,), in the first scene that has one; else None.
+
+    Relaxed where the pool's paths are; what costs are then distances in the last of the scenes, the real one.
+    """
+    for kept in scenes:
+        if paths := list(planned(robot, kept, start, goal, planning, number, plans)):
+            path = min(paths, key=path_length)
+            if planning.simplification != "relaxed":
+                return path
+            return relaxed(robot, scenes[-1], kept, path, planning.resolution)
     return None
 
 

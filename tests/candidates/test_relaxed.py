@@ -8,6 +8,8 @@ import pytest
 from plancurate import native
 from plancurate.robots import Robot, Scene, load_robot, load_scene
 from plancurate.robots.scene import empty_scene
+from plancurate.tasks.candidates import relaxed as module
+from plancurate.tasks.candidates.generate import pool_id
 from plancurate.tasks.candidates.goals import planning_scene
 from plancurate.tasks.candidates.plan import plan_candidate
 from plancurate.tasks.candidates.polylines import path_length
@@ -19,6 +21,7 @@ RESOLUTION = 0.01
 SETTINGS = GenerateSettings.model_validate(
     {"targets": {"orientation": "cone"}, "plan": {"goals": "nearest", "clearance_m": 0.025}}
 )
+RELAXED = SETTINGS.model_copy(update={"plan": SETTINGS.plan.model_copy(update={"simplification": "relaxed"})})
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +52,7 @@ def hard_targets(robot: Robot, scene: Scene, count: int) -> list[int]:
 
 def moved(robot: Robot, scene: Scene, path: np.ndarray, seed: int = 0) -> np.ndarray:
     kept = planning_scene(scene, SETTINGS.plan)
-    return relaxed(robot, scene, kept, path, RESOLUTION, np.random.default_rng(seed))
+    return relaxed(robot, scene, kept, path, RESOLUTION, seed)
 
 
 def test_a_way_round_nothing_becomes_a_straight_one(robot: Robot) -> None:
@@ -79,8 +82,8 @@ def test_relaxed_paths_cost_less_and_keep_the_clearance_that_they_were_planned_w
 def test_no_shortcut_leads_through_what_is_kept_free(robot: Robot, clutter: Scene) -> None:
     kept = planning_scene(clutter, SETTINGS.plan)
     for target in hard_targets(robot, clutter, 2):
-        path, rng = planned(robot, clutter, target, 0), np.random.default_rng(0)
-        found = relaxed(robot, empty_scene(), kept, path, RESOLUTION, rng)  # nothing but the length costs
+        path = planned(robot, clutter, target, 0)
+        found = relaxed(robot, empty_scene(), kept, path, RESOLUTION, 0)  # nothing but the length costs
         assert path_length(found) < path_length(path)
         assert free(robot, kept, found)
 
@@ -100,6 +103,32 @@ def apart(first: np.ndarray, second: np.ndarray) -> float:
     """One minus the cosine between the directions in which two paths set out."""
     a, b = (path[1] - path[0] for path in (first, second))
     return float(1 - a @ b / np.linalg.norm(a) / np.linalg.norm(b))
+
+
+@pytest.mark.slow
+def test_a_pool_may_ask_for_relaxed_paths(robot: Robot, clutter: Scene) -> None:
+    kept = planning_scene(clutter, RELAXED.plan)
+    drawn = sample_target(robot, kept, RELAXED.targets, 0)
+    full, one = (
+        plan_candidate(robot, clutter, drawn, "RRTConnect", 1, settings) for settings in (SETTINGS, RELAXED)
+    )
+    copy = relaxed(robot, clutter, kept, full.path, RESOLUTION)  # whichever run found that path
+    np.testing.assert_array_equal(one.path, copy)
+    np.testing.assert_array_equal(one.path[[0, -1]], full.path[[0, -1]])
+    assert free(robot, kept, one.path)
+    before, after = (cost(robot, clutter, q[:-1], q[1:]).sum() for q in (subdivided(full.path), one.path))
+    assert after < before
+
+
+def test_a_changed_way_of_relaxing_is_another_pool_of_relaxed_paths_alone(
+    robot: Robot, clutter: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pools = [pool_id(robot, clutter, settings) for settings in (RELAXED, SETTINGS)]
+    monkeypatch.setattr(module, "REVISION", module.REVISION + 1)
+    raised = [pool_id(robot, clutter, settings) for settings in (RELAXED, SETTINGS)]
+    assert pools[0] != raised[0]
+    assert pools[1] == raised[1]
+    assert pools[0] != pools[1]
 
 
 @pytest.mark.slow

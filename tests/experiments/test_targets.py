@@ -41,9 +41,12 @@ def test_a_part_of_an_experiment_opens_no_configuration_or_targets(module: str) 
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
-def test_an_experiment_reads_no_target_of_a_preset(script: str) -> None:
-    configuration = EXPERIMENTS / f"{SCRIPTS[script]}.yaml"
-    assert configuration.name in (EXPERIMENTS / f"{script}.py").read_text()
+def test_an_experiment_reads_its_configuration(script: str) -> None:
+    assert f"{SCRIPTS[script]}.yaml" in (EXPERIMENTS / f"{script}.py").read_text()
+
+
+@pytest.mark.parametrize("configuration", sorted(EXPERIMENTS.glob("*.yaml")), ids=lambda path: path.stem)
+def test_an_experiment_reads_no_target_of_a_preset(configuration: Path) -> None:
     development = seeds(load_config("smoke", configuration, {}))
     for preset in preset_names():
         assert development.isdisjoint(seeds(load_config(preset, None, {}))), preset

@@ -10,6 +10,7 @@ import torch
 
 from plancurate import native
 from plancurate.robots import Robot, Scene, load_robot, load_scene
+from plancurate.tasks.candidates.relaxed import cost, subdivided
 from plancurate.tasks.candidates.settings import PlanSettings
 from plancurate.tasks.learning import corrections as module
 from plancurate.tasks.learning.corrections import (
@@ -129,6 +130,21 @@ def test_of_several_plans_the_shortest_is_kept(robot: Robot) -> None:
     best = shortest(robot, (wall,), start, goal, PLANNING, (0, 1), 6)
     assert best is not None
     np.testing.assert_array_equal(best, paths[int(np.argmin(lengths))])
+
+
+def test_corrections_are_relaxed_where_the_pool_s_paths_are(robot: Robot) -> None:
+    start, goal = robot.home - 25 * TURN, robot.home + 25 * TURN
+    wall = load_scene("passage", robot)
+    kept, asked = wall.grown(0.03), PLANNING.model_copy(update={"simplification": "relaxed"})
+    short, easy = (
+        shortest(robot, (kept, wall), start, goal, planning, (0, 1), 4) for planning in (PLANNING, asked)
+    )
+    assert short is not None
+    assert easy is not None
+    np.testing.assert_array_equal(easy[[0, -1]], short[[0, -1]])
+    before, after = (cost(robot, wall, q[:-1], q[1:]).sum() for q in (subdivided(short), easy))
+    assert after < before
+    assert native.edge_is_free(robot.native, kept.native, easy[:-1], easy[1:], 0.01).all()
 
 
 def test_corrections_are_planned_with_the_clearance(

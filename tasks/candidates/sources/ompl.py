@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -30,6 +31,7 @@ class OmplPlanner:
     ) -> PlannedPath:
         """Plan one run; it depends on the arguments alone unless `seconds` end it."""
         from plancurate.tasks.candidates.goals import planning_scene, run_goals
+        from plancurate.tasks.candidates.relaxed import relaxed
 
         kept = planning_scene(scene, settings.plan)
         goals = run_goals(robot, kept, target, seed, settings)
@@ -37,16 +39,19 @@ class OmplPlanner:
             reason = "no goal configuration was found within the target's tolerance and the clearance"
             return PlannedPath(run, seed, "none", goals, reason, "goal")
         result = run_planner(self.name, robot, kept, robot.home, goals, settings.plan, seed)
+        path, began = result.path, time.perf_counter()
+        if result.status == "exact" and settings.plan.simplification == "relaxed":
+            path = relaxed(robot, scene, kept, path, settings.plan.resolution)
         return PlannedPath(
             run,
             seed,
             result.status,
-            result.path,
+            path,
             result.reason,
             result.termination,
             result.state_checks,
             result.motion_checks,
-            result.seconds,
+            result.seconds + time.perf_counter() - began,
         )
 
 
@@ -61,7 +66,8 @@ def run_planner(
 ) -> native.Result:
     """Plan from start (n,) to any of goals (k, n), rad, within the settings' budget, in the scene as it is.
 
-    Raises PlancurateError for a parameter that the planner refuses.
+    Paths that are to be relaxed are shortened all the way here. Raises PlancurateError for a parameter that the planner
+    refuses.
     """
     budget = native.Budget(state_checks=settings.state_checks, polls=settings.polls, seconds=settings.seconds)
     try:
@@ -75,7 +81,7 @@ def run_planner(
             seed=seed,
             budget=budget,
             resolution=settings.resolution,
-            simplification=settings.simplification,
+            simplification="full" if settings.simplification == "relaxed" else settings.simplification,
         )
     except ValueError as error:
         raise PlancurateError(f"planner {planner}: {error}") from None
