@@ -14,6 +14,7 @@ from urllib.parse import urlsplit
 from uuid import UUID
 
 from prefect import Task
+from prefect.context import FlowRunContext
 from prefect.futures import PrefectFuture
 from prefect.task_runners import ProcessPoolTaskRunner, TaskRunner, ThreadPoolTaskRunner
 from prefect.utilities.callables import get_call_parameters
@@ -117,33 +118,45 @@ def run_all(
     ended: Ended | None = None,
     *,
     runner: AbstractContextManager[TaskRunner[Any]] | None = None,
-) -> list[Any]:
-    """Run a task once for each call's arguments, at most `in_flight` at once; return the results in order.
+) -> None:
+    """Run a task once for each call's arguments, at most `in_flight` at once; `ended` is told each result as it comes.
 
-    `runner` says where, in threads of this process by default. `ended` is told each result as it comes. Raises
-    the first PlancurateError among the task runs as it is, or IncompleteError that counts all failures: a flow
-    that returns a value counts as completed whatever became of its task runs, so this looks at each.
+    `runner` says where, in threads of this process by default. Raises the first PlancurateError among the task runs as
+    it is, or IncompleteError that counts all failures: a flow that returns a value counts as completed whatever became
+    of its task runs, so this looks at each.
     """
     over: SimpleQueue[PrefectFuture[Any]] = SimpleQueue()
-    ids: list[UUID] = []
-    results: dict[UUID, Any] = {}  # not the futures: each keeps all that Prefect knows of its run
+    under_way: dict[UUID, int] = {}
+    # Of a run that succeeds nothing is kept: each future holds all that Prefect knows of its run.
+    errors: dict[int, BaseException] = {}
 
     def wait_for_one() -> None:
         future = over.get()
-        results[future.task_run_id] = result = future.result(raise_on_failure=False)
-        if ended and not isinstance(result, BaseException):
+        number, result = under_way.pop(future.task_run_id), future.result(raise_on_failure=False)
+        if isinstance(result, BaseException):
+            errors[number] = result
+        elif ended:
             ended(result)
+        _forget(future.task_run_id, result)
 
     with runner or ThreadPoolTaskRunner() as where:
-        for call in calls:
-            if len(ids) - len(results) >= in_flight:
+        count = 0
+        for count, call in enumerate(calls, start=1):
+            if len(under_way) >= in_flight:
                 wait_for_one()
             future = where.submit(task, get_call_parameters(task.fn, call, {}))
+            under_way[future.task_run_id] = count
             future.add_done_callback(over.put)
-            ids.append(future.task_run_id)
-        while len(results) < len(ids):
+        while under_way:
             wait_for_one()
-        return _checked(task.name, [results[task_run] for task_run in ids])
+        _refuse(task.name, [errors[number] for number in sorted(errors)], count)
+
+
+def _forget(task_run: UUID, result: object) -> None:
+    """Let go of what Prefect keeps of a task run to the flow's end, to see which others depend on its result: none."""
+    if context := FlowRunContext.get():
+        context.run_results.pop(id(result), None)
+        context.task_run_assets.pop(task_run, None)
 
 
 def run_groups(task: Task[..., Any], study: StudyContext, networks: Sequence[Network], ended: Ended) -> None:
@@ -153,18 +166,15 @@ def run_groups(task: Task[..., Any], study: StudyContext, networks: Sequence[Net
     run_all(task, calls, study.config.workers, ended, runner=shared_runner(study.config))
 
 
-def _checked(name: str, results: list[Any]) -> list[Any]:
-    errors = [result for result in results if isinstance(result, BaseException)]
-    for (
-        error
-    ) in errors:  # Prefect's threads keep each to the end of the process, with all that its frames hold
+def _refuse(name: str, errors: list[BaseException], runs: int) -> None:
+    for error in errors:
+        # Prefect's threads keep each to the end of the process, with all that its frames hold.
         traceback.clear_frames(error.__traceback__)
     for error in errors:
         if isinstance(error, PlancurateError):
             raise error
     if errors:
         raise IncompleteError(
-            f"{len(errors)} of {len(results)} '{name}' runs failed, the first with "
+            f"{len(errors)} of {runs} '{name}' runs failed, the first with "
             f"{type(errors[0]).__name__}: {errors[0]}; run the same command again to do the rest"
         ) from errors[0]
-    return results
