@@ -213,6 +213,37 @@ def simplify(
         ValueError: the path is empty or not free (the message says where), or has the wrong shape.
     """
 
+def relax(
+    robot: Robot,
+    measured: Robot,
+    scene: Scene,
+    kept: Scene,
+    path: FloatArray,
+    offsets: FloatArray,
+    pulls: FloatArray,
+    resolution: float,
+) -> FloatArray:
+    """Return `path` (w, n), rad, w >= 3, with its ends, and its other waypoints moved round by round to cheaper places.
+
+    An edge costs its length, rad, and up to five times as much the nearer it is to obstacles: without a clearance of
+    8 cm anywhere, by the mean over six points of it. In each round every other waypoint from the first inner one is
+    moved, then those between: to the cheapest of where it is and the places tried for it, within the joint limits, if
+    its edges there are free in `kept`.
+
+    Args:
+        robot: the arm.
+        measured: the same without pairs of its own shapes, whose distances to the scene cost.
+        scene: what it is better off.
+        kept: what it must not touch.
+        path: waypoints.
+        offsets: (rounds, w - 2, d, n), rad, of places around the waypoint.
+        pulls: (rounds, w - 2, p), shares of the way from the waypoint to the middle of its neighbours.
+        resolution: largest joint step between checked states of an edge, rad.
+
+    Raises:
+        ValueError: arrays of the wrong shape.
+    """
+
 def planners() -> list[PlannerInfo]:
     """List all planners."""
 

@@ -14,6 +14,7 @@
 #include "bindings/arrays.hpp"
 #include "planning/paths.hpp"
 #include "planning/planning.hpp"
+#include "planning/relax.hpp"
 
 namespace plancurate {
 
@@ -74,6 +75,27 @@ NumpyDoubles bound_simplify(const Robot& robot, const Scene& scene, const Array<
     return path_array(shortened, robot.dof);
 }
 
+NumpyDoubles bound_relax(const Robot& robot, const Robot& measured, const Scene& scene, const Scene& kept,
+                         const Array<double>& path, const Array<double>& offsets, const Array<double>& pulls,
+                         double resolution) {
+    const std::size_t count = require_states(path, "path", robot.dof);
+    require_shape(path, "path", {-1, measured.dof});
+    if (count < 3) throw std::invalid_argument("path: at least three waypoints are needed");
+    const auto inner = static_cast<std::int64_t>(count) - 2;
+    require_shape(offsets, "offsets", {-1, inner, -1, robot.dof});
+    require_finite(offsets, "offsets", robot.dof);
+    require_shape(pulls, "pulls", {static_cast<std::int64_t>(offsets.shape(0)), inner, -1});
+    require_finite(pulls, "pulls", 1);
+    require_resolution(resolution);
+    const Trials trials{offsets.shape(0), offsets.shape(2), pulls.shape(2), offsets.data(), pulls.data()};
+    Path moved = rows(path);
+    {
+        const nb::gil_scoped_release released;
+        moved = relax(robot, measured, scene, kept, std::move(moved), trials, resolution);
+    }
+    return path_array(moved, robot.dof);
+}
+
 template <auto member>
 auto field() {
     return [](const BoundResult& bound) { return bound.result.*member; };
@@ -119,6 +141,8 @@ void bind_planning(nanobind::module_& module) {
     module.def("plan", &bound_plan, nb::arg("robot"), nb::arg("scene"), nb::arg("planner"), nb::arg("start"),
                nb::arg("goals"), nb::kw_only(), nb::arg("params"), nb::arg("seed"), nb::arg("budget"),
                nb::arg("resolution"), nb::arg("simplification"));
+    module.def("relax", &bound_relax, nb::arg("robot"), nb::arg("measured"), nb::arg("scene"), nb::arg("kept"),
+               nb::arg("path"), nb::arg("offsets"), nb::arg("pulls"), nb::arg("resolution"));
     module.def("simplify", &bound_simplify, nb::arg("robot"), nb::arg("scene"), nb::arg("path"), nb::kw_only(),
                nb::arg("seed"), nb::arg("resolution") = 0.01);
     module.def("planners", &planners);

@@ -17,9 +17,6 @@ from plancurate.robots.shapes import FloatArray
 
 REVISION = 1  # raise when paths come out otherwise than before: ids of pools with relaxed paths hold it
 SPACING_RAD = 0.7  # most between the waypoints that are moved, to begin with
-COMFORT_M = 0.08  # a clearance that is worth no detour any more
-PRICE = 4.0  # touching costs so many times its length more
-SAMPLES = 6  # of the clearance along an edge
 ROUNDS = 60
 # Places tried for a waypoint in a round: around it, and toward the middle of its neighbours.
 DRAWN, PULLED = 7, 2
@@ -43,14 +40,17 @@ def relaxed(
     """
     rng = np.random.default_rng(crc32(path.tobytes()) if seed is None else seed)
     points = subdivided(path)
-    for number in range(ROUNDS):
-        spread = SPREAD_RAD * NARROWING**number + LEAST_RAD
-        for first in (1, 2):  # every other waypoint, so that its neighbours stay where they are
-            at = np.arange(first, len(points) - 1, 2)
-            if len(at):
-                before, after = points[at - 1], points[at + 1]
-                points[at] = _moved(robot, scene, kept, before, points[at], after, spread, resolution, rng)
-    return points
+    offsets, pulls = trials(len(points) - 2, robot.native.dof, rng)
+    return native.relax(
+        robot.native,
+        robot.native_without_pairs,
+        scene.native,
+        kept.native,
+        points,
+        offsets,
+        pulls,
+        resolution,
+    )
 
 
 def subdivided(path: FloatArray) -> FloatArray:
@@ -62,42 +62,13 @@ def subdivided(path: FloatArray) -> FloatArray:
     return np.concatenate([*parts, path[-1:]])
 
 
-def cost(robot: Robot, scene: Scene, q0: FloatArray, q1: FloatArray) -> FloatArray:
-    """What the straight edges from q0 to q1 (..., n) cost (...): their length, rad, where nothing is near."""
-    share = ((np.arange(SAMPLES) + 0.5) / SAMPLES)[:, None]
-    q = q0[..., None, :] + share * (q1 - q0)[..., None, :]
-    flat = np.ascontiguousarray(q.reshape(-1, q.shape[-1]))
-    clearance = native.clearance(robot.native_without_pairs, scene.native, flat).reshape(q.shape[:-1])
-    lacking = 1 - np.clip(clearance, 0, COMFORT_M) / COMFORT_M
-    return np.asarray(np.linalg.norm(q1 - q0, axis=-1) * (1 + PRICE * (lacking**2).mean(axis=-1)))
-
-
-def _moved(
-    robot: Robot,
-    scene: Scene,
-    kept: Scene,
-    before: FloatArray,
-    points: FloatArray,
-    after: FloatArray,
-    spread: float,
-    resolution: float,
-    rng: np.random.Generator,
-) -> FloatArray:
-    """Where waypoints (b, n) between those before and after go: to the cheapest place tried if the way is free."""
-    b, n = points.shape
-    drawn = points[:, None] + spread * rng.normal(size=(b, DRAWN, n))
-    pull = rng.uniform(size=(b, PULLED, 1)) ** 2
-    pulled = points[:, None] + pull * ((before + after) / 2 - points)[:, None]
-    places = np.clip(np.concatenate([points[:, None], drawn, pulled], axis=1), robot.lower, robot.upper)
-    ways = np.stack(
-        [
-            np.broadcast_to(before[:, None], places.shape),
-            places,
-            np.broadcast_to(after[:, None], places.shape),
-        ]
-    )
-    best = cost(robot, scene, ways[:-1], ways[1:]).sum(axis=0).argmin(axis=1)
-    chosen = places[np.arange(b), best]
-    edges = np.concatenate([before, chosen]), np.concatenate([chosen, after])
-    free = native.edge_is_free(robot.native, kept.native, *edges, resolution)
-    return np.where((free[:b] & free[b:])[:, None], chosen, points)
+def trials(inner: int, n: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Draw where a path's `inner` waypoints of n joints are tried: `native.relax`'s offsets, rad, and pulls."""
+    offsets, pulls = np.empty((ROUNDS, inner, DRAWN, n)), np.empty((ROUNDS, inner, PULLED))
+    half = (inner + 1) // 2
+    for number in range(ROUNDS):
+        spread = SPREAD_RAD * NARROWING**number + LEAST_RAD
+        for part in (slice(half), slice(half, inner)):  # every other waypoint, then those between
+            offsets[number, part] = spread * rng.normal(size=offsets[number, part].shape)
+            pulls[number, part] = rng.uniform(size=pulls[number, part].shape) ** 2
+    return offsets, pulls

@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 
 from plancurate import native
-from plancurate.robots import Robot, Scene, load_robot, load_scene
+from plancurate.robots import Robot, Scene, load_robot, load_scene, load_world
 from plancurate.robots.scene import empty_scene
 from plancurate.tasks.candidates import relaxed as module
 from plancurate.tasks.candidates.generate import pool_id
 from plancurate.tasks.candidates.goals import planning_scene
 from plancurate.tasks.candidates.plan import plan_candidate
 from plancurate.tasks.candidates.polylines import path_length
-from plancurate.tasks.candidates.relaxed import cost, relaxed, subdivided
+from plancurate.tasks.candidates.relaxed import relaxed, subdivided, trials
 from plancurate.tasks.candidates.settings import GenerateSettings
 from plancurate.tasks.candidates.targets import sample_target
+
+from ..relaxing import cost, relaxed_in_numpy
 
 RESOLUTION = 0.01
 SETTINGS = GenerateSettings.model_validate(
@@ -76,6 +78,50 @@ def test_relaxed_paths_cost_less_and_keep_the_clearance_that_they_were_planned_w
         before, after = (cost(robot, clutter, q[:-1], q[1:]).sum() for q in (subdivided(path), found))
         assert after < before
     np.testing.assert_array_equal(moved(robot, clutter, path), found)  # the same for the same seed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["clutter:7", "passage"])
+def test_the_compiled_core_moves_waypoints_as_numpy_does(name: str) -> None:
+    robot, scene = load_world("h2017", name)
+    kept = planning_scene(scene, SETTINGS.plan)
+    for target in range(3):
+        points = subdivided(planned(robot, scene, target, 0))
+        offsets, pulls = trials(*points[1:-1].shape, np.random.default_rng(target))
+        expected = relaxed_in_numpy(robot, scene, kept, points, offsets, pulls, RESOLUTION)
+        assert (expected != points).any(axis=1).sum() == len(
+            points
+        ) - 2  # every waypoint but the ends has moved
+        found = native.relax(
+            robot.native,
+            robot.native_without_pairs,
+            scene.native,
+            kept.native,
+            points,
+            offsets,
+            pulls,
+            RESOLUTION,
+        )
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+
+
+def test_arrays_that_do_not_fit_the_path_are_refused(robot: Robot) -> None:
+    def relax(path: np.ndarray, offsets: np.ndarray, pulls: np.ndarray) -> np.ndarray:
+        scene = empty_scene().native
+        return native.relax(
+            robot.native, robot.native_without_pairs, scene, scene, path, offsets, pulls, RESOLUTION
+        )
+
+    path, offsets, pulls = np.zeros((4, 6)), np.zeros((5, 2, 7, 6)), np.zeros((5, 2, 2))
+    np.testing.assert_array_equal(relax(path, offsets, pulls), path)
+    with pytest.raises(ValueError, match="path: at least three waypoints"):
+        relax(path[:2], offsets, pulls)
+    with pytest.raises(ValueError, match=r"offsets has shape \(5, 1, 7, 6\), must be \(any, 2, any, 6\)"):
+        relax(path, np.ascontiguousarray(offsets[:, :1]), pulls)
+    with pytest.raises(ValueError, match=r"pulls has shape \(4, 2, 2\), must be \(5, 2, any\)"):
+        relax(path, offsets, pulls[:4])
+    with pytest.raises(ValueError, match="offsets: row 0, joint 0 is not finite"):
+        relax(path, np.full_like(offsets, np.nan), pulls)
 
 
 @pytest.mark.slow

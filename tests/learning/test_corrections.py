@@ -10,7 +10,7 @@ import torch
 
 from plancurate import native
 from plancurate.robots import Robot, Scene, load_robot, load_scene
-from plancurate.tasks.candidates.relaxed import cost, subdivided
+from plancurate.tasks.candidates.relaxed import subdivided
 from plancurate.tasks.candidates.settings import PlanSettings
 from plancurate.tasks.learning import corrections as module
 from plancurate.tasks.learning.corrections import (
@@ -26,6 +26,8 @@ from plancurate.tasks.learning.policies import Normaliser, TrainedPolicy, make_p
 from plancurate.tasks.learning.policies.batches import Batches, normaliser
 from plancurate.tasks.learning.settings import CorrectionSettings, EvaluateSettings, TrainSettings
 from plancurate.tasks.learning.training_goals import TrainingGoals
+
+from ..relaxing import cost
 
 DT = 0.05
 TURN = np.array([0.05, 0, 0, 0, 0, 0])
