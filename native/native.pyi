@@ -225,10 +225,10 @@ def relax(
 ) -> FloatArray:
     """Return `path` (w, n), rad, w >= 3, with its ends, and its other waypoints moved round by round to cheaper places.
 
-    An edge costs its length, rad, and up to five times as much the nearer it is to obstacles: without a clearance of
-    8 cm anywhere, by the mean over six points of it. In each round every other waypoint from the first inner one is
-    moved, then those between: to the cheapest of where it is and the places tried for it, within the joint limits, if
-    its edges there are free in `kept`.
+    An edge costs its length, rad, times 1 + 4 s: s is the mean over six points of the edge of ((0.08 - c) / 0.08)^2,
+    with the clearance c there, m, taken between 0 and 0.08. In each round every other waypoint from the first inner
+    one is moved, then those between: to the cheapest of where it is and the places tried for it, within the joint
+    limits, if its edges there are free in `kept`.
 
     Args:
         robot: the arm.
@@ -241,7 +241,7 @@ def relax(
         resolution: largest joint step between checked states of an edge, rad.
 
     Raises:
-        ValueError: arrays of the wrong shape.
+        ValueError: arrays of the wrong shape, fewer than three waypoints.
     """
 
 def planners() -> list[PlannerInfo]:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace plancurate {
@@ -43,13 +44,15 @@ const Configuration& cheapest(const Robot& robot, const Scene& scene, const Conf
     const std::size_t count = places.size() * 2 * kSamples;
     clearance.resize(count);
     way_clearances(robot, scene, states.data(), count, 1, kFar, clearance.data());
-    std::vector<double> costs;
+    std::size_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < places.size(); ++i) {
         const double* along = clearance.data() + i * 2 * kSamples;
-        costs.push_back(edge_cost(distance(before, places[i]), along) +
-                        edge_cost(distance(places[i], after), along + kSamples));
+        const double cost = edge_cost(distance(before, places[i]), along) +
+                            edge_cost(distance(places[i], after), along + kSamples);
+        if (cost < least) least = cost, best = i;
     }
-    return places[std::min_element(costs.begin(), costs.end()) - costs.begin()];
+    return places[best];
 }
 
 // Where the waypoint is, those around it and those toward the middle of its neighbours, all within the joint limits.
